@@ -1,0 +1,1 @@
+"""What one observation is: recordings, observations, labels and shards, in numpy."""

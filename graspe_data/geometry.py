@@ -1,0 +1,129 @@
+"""Rigid transforms, rotations and the tree of frames. Quaternions are (x, y, z, w), as in ROS."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import GeometryError
+
+Floats = NDArray[np.float64]
+
+
+def rotation_from_quaternion(quaternion: Floats) -> Floats:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), normalised first.
+
+    Raises:
+        GeometryError: A quaternion has no length.
+    """
+    length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    if not np.all(length > np.finfo(np.float64).eps):
+        raise GeometryError("A quaternion of zero length is no rotation: check the publisher.")
+    x, y, z, w = np.moveaxis(quaternion / length, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def roll_pitch_yaw(rotation: Floats) -> tuple[Floats, Floats, Floats]:
+    """Roll, pitch and yaw in rad, each (...), of rotation matrices (..., 3, 3); z-y-x order."""
+    roll = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])
+    pitch = -np.arcsin(np.clip(rotation[..., 2, 0], -1.0, 1.0))
+    yaw = np.arctan2(rotation[..., 1, 0], rotation[..., 0, 0])
+    return roll, pitch, yaw
+
+
+def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
+    """The rotation matrix (3, 3) of roll, pitch and yaw in rad; z-y-x order, as in URDF."""
+    sines, cosines = np.sin((roll, pitch, yaw)), np.cos((roll, pitch, yaw))
+    about_x = np.array([[1, 0, 0], [0, cosines[0], -sines[0]], [0, sines[0], cosines[0]]])
+    about_y = np.array([[cosines[1], 0, sines[1]], [0, 1, 0], [-sines[1], 0, cosines[1]]])
+    about_z = np.array([[cosines[2], -sines[2], 0], [sines[2], cosines[2], 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Transform:
+    """A rigid transform that carries points of a child frame into its parent frame."""
+
+    rotation: Floats
+    translation: Floats
+
+    @classmethod
+    def identity(cls) -> Self:
+        """The transform that moves nothing."""
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_quaternion(cls, translation: Floats, quaternion: Floats) -> Self:
+        """From a translation (3,) in metres and a quaternion (4,)."""
+        return cls(rotation_from_quaternion(quaternion), np.asarray(translation, np.float64))
+
+    def __matmul__(self, inner: Transform) -> Transform:
+        """This transform after ``inner``."""
+        return Transform(
+            self.rotation @ inner.rotation, self.rotation @ inner.translation + self.translation
+        )
+
+    def inverse(self) -> Transform:
+        """The transform back."""
+        return Transform(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def apply(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Carry points (..., 3) over; the dtype stays."""
+        rotation = self.rotation.astype(points.dtype)
+        moved: NDArray[np.floating] = points @ rotation.T + self.translation.astype(points.dtype)
+        return moved
+
+
+def plain_frame(name: str) -> str:
+    """A frame's name without the leading slash of old recordings."""
+    return name.lstrip("/")
+
+
+class FrameTree:
+    """Fixed transforms between frames, looked up along the shortest path."""
+
+    def __init__(self, edges: Mapping[tuple[str, str], Transform]) -> None:
+        """Take edges (parent, child) -> transform of the child in the parent."""
+        self._neighbours: dict[str, dict[str, Transform]] = {}
+        for (parent, child), transform in edges.items():
+            up, down = plain_frame(parent), plain_frame(child)
+            self._neighbours.setdefault(up, {})[down] = transform
+            self._neighbours.setdefault(down, {})[up] = transform.inverse()
+
+    @property
+    def frames(self) -> list[str]:
+        """All frames, sorted."""
+        return sorted(self._neighbours)
+
+    def lookup(self, target: str, source: str) -> Transform:
+        """The transform that carries points of ``source`` into ``target``.
+
+        Raises:
+            GeometryError: The frames do not connect; the text lists those that are known.
+        """
+        start, goal = plain_frame(target), plain_frame(source)
+        reached = {start: Transform.identity()}
+        queue = deque([start])
+        while queue and goal not in reached:
+            frame = queue.popleft()
+            for neighbour, step in self._neighbours.get(frame, {}).items():
+                if neighbour not in reached:
+                    reached[neighbour] = reached[frame] @ step
+                    queue.append(neighbour)
+        if goal not in reached:
+            known = ", ".join(self.frames) or "none"
+            raise GeometryError(
+                f"No fixed transform from {source!r} to {target!r}; frames in the recording's "
+                f"tf_static: {known}. Give the extrinsics in the robot manifest."
+            )
+        return reached[goal]

@@ -1,0 +1,50 @@
+"""Labels: failures that rules propose and people decide, and the success vector of every row."""
+
+from graspe_data.observation.labels.annotations import (
+    annotation_path,
+    read_annotation,
+    write_annotation,
+)
+from graspe_data.observation.labels.draft import draft_annotation, redraft_annotation
+from graspe_data.observation.labels.events import Event, EventKind
+from graspe_data.observation.labels.motion_series import (
+    CommandSeries,
+    InertialSeries,
+    MotionSeries,
+    OdometrySeries,
+)
+from graspe_data.observation.labels.proposals import Proposals, ProposalSettings, propose
+from graspe_data.observation.labels.review import Decided, Unreviewed, decide
+from graspe_data.observation.labels.trajectory_labels import (
+    LabelSettings,
+    LabelSource,
+    RowLabels,
+    label_rows,
+)
+from graspe_data.observation.labels.verdicts import Annotation, Interval
+
+__all__ = [
+    "Annotation",
+    "CommandSeries",
+    "Decided",
+    "Event",
+    "EventKind",
+    "InertialSeries",
+    "Interval",
+    "LabelSettings",
+    "LabelSource",
+    "MotionSeries",
+    "OdometrySeries",
+    "ProposalSettings",
+    "Proposals",
+    "RowLabels",
+    "Unreviewed",
+    "annotation_path",
+    "decide",
+    "draft_annotation",
+    "label_rows",
+    "propose",
+    "read_annotation",
+    "redraft_annotation",
+    "write_annotation",
+]

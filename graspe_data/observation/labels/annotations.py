@@ -1,0 +1,66 @@
+"""Labels files: reading and writing them. The one file of the observation that touches files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import yaml
+
+from graspe_data.errors import ManifestError
+from graspe_data.manifest import load_manifest
+from graspe_data.observation.labels.verdicts import Annotation
+
+HEADING = """\
+# Failures in one recording. The rules proposed; a person decides. For each interval set
+# verdict to confirmed or rejected, and name the reviewer; put in what was missed as added.
+# kind: stuck, collision, oscillation, stumble, other. Seconds count from time_zero_ns.
+"""
+
+
+def annotation_path(recording: Path) -> Path:
+    """Where the labels of a recording, a file or a folder, lie: beside it."""
+    named = recording.name not in ("", "..")
+    whole = recording if named else recording.resolve()
+    return whole.with_name(f"{whole.name}.labels.yaml")
+
+
+def read_annotation(path: Path, sha256: str | None = None) -> Annotation:
+    """Read and validate a labels file.
+
+    Args:
+        path: The file.
+        sha256: Digest of the recording at hand, compared with the file's where it gives one.
+
+    Raises:
+        ManifestError: Names the file, the interval and key, what was found and what fits; or the
+            file belongs to another recording.
+    """
+    annotation = load_manifest(path, Annotation)
+    if sha256 and annotation.sha256 and annotation.sha256 != sha256:
+        raise ManifestError(
+            f"{path}: labels of another recording: expected sha256 {annotation.sha256}, the "
+            f"recording has {sha256}. Label this recording, or remove the key sha256 where the "
+            "recording was only packed anew and its stamps are the same."
+        )
+    return annotation
+
+
+def write_annotation(path: Path, annotation: Annotation) -> None:
+    """Write a labels file, whole or not at all.
+
+    Raises:
+        ManifestError: The file cannot be written.
+    """
+    content = annotation.model_dump(mode="json", exclude_none=True)
+    text = HEADING + yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
+    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    try:
+        with partial.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ManifestError(f"{path}: cannot be written: {error}") from error

@@ -1,0 +1,116 @@
+"""From a decoded cloud to the points of one row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.geometry import Transform
+from graspe_data.manifest import Settings
+from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
+from graspe_data.observation.point_sample import PointSampleSettings, front, sample_points
+from graspe_data.observation.ring_order import ring_order
+from graspe_data.observation.smoothness import smoothness
+from graspe_data.recordings.sensor_data import PointCloud
+
+
+class PointObservationSettings(Settings):
+    """How a cloud is observed; all from ``rings`` on describe the robot, lengths in metres.
+
+    Returns nearer than ``minimum_range`` hit the robot, and coordinates beyond ``maximum_range``
+    are damage; neither counts.
+    """
+
+    neighbours: Annotated[int, Field(gt=0, le=1000)] = 5
+    sample: PointSampleSettings = PointSampleSettings()
+    laser_scan: LaserScanSettings = LaserScanSettings()
+    rings: Annotated[int, Field(ge=1, le=256)] | None = None
+    intensity_maximum: Annotated[float, Field(gt=0)] = 255.0
+    minimum_range: Annotated[float, Field(ge=0)] = 0.0
+    maximum_range: Annotated[float, Field(gt=0, le=1e6)] = 1000.0
+    base_height: float = 0.0
+
+
+@dataclass(frozen=True)
+class PointObservation:
+    """The points of a row in base_link, padded with NaN behind ``point_count``.
+
+    ``points``: float32 (count, 3), metres. ``intensity``: float32 (count,), 0..1 of the sensor's
+    maximum, NaN where the sensor gives none. ``smoothness``: float32 (count,), equation (3) at
+    full resolution. ``laser_scan``: float32 (rays,), metres, from the full cloud.
+    """
+
+    points: NDArray[np.float32]
+    intensity: NDArray[np.float32]
+    smoothness: NDArray[np.float32]
+    point_count: int
+    laser_scan: NDArray[np.float32]
+
+
+def observe_points(
+    cloud: PointCloud, base_from_lidar: Transform, settings: PointObservationSettings, seed: int
+) -> PointObservation:
+    """Observe a cloud: order, smoothness, base_link, laser scan, front half, sample.
+
+    The result does not depend on the order of the points in the message.
+
+    Args:
+        cloud: In the lidar's frame.
+        base_from_lidar: Carries points of the lidar into base_link.
+        settings: See ``PointObservationSettings``.
+        seed: Of the sample, see ``row_seed``.
+
+    Raises:
+        ObservationError: The ring field is none.
+    """
+    useful = _within_range(cloud, settings)
+    found = ring_order(useful.xyz, useful.ring, settings.rings, useful.intensity)
+    ordered = useful.xyz.take(found.order, axis=0)
+    curvature = smoothness(ordered, found.ring_starts, settings.neighbours)
+    moved = _moved(ordered, base_from_lidar)
+    scan = laser_scan(moved, settings.base_height, settings.laser_scan)
+    ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
+    strength = None
+    if useful.intensity is not None:
+        strength = useful.intensity[found.order[ahead]] / np.float32(settings.intensity_maximum)
+        strength = np.clip(strength, 0, 1)
+    sample = sample_points(
+        moved.take(ahead, axis=0), strength, curvature[ahead], settings.sample.count, seed
+    )
+    return PointObservation(
+        sample.points, sample.intensity, sample.smoothness, sample.point_count, scan
+    )
+
+
+def _within_range(cloud: PointCloud, settings: PointObservationSettings) -> PointCloud:
+    """The cloud without the returns that do not count."""
+    largest = settings.maximum_range
+    damaged = np.abs(cloud.xyz).max(initial=0) > largest
+    if not damaged and settings.minimum_range == 0:
+        return cloud
+    # Clipped, so that squares of damaged values do not overflow.
+    x, y, z = np.clip(cloud.xyz.T, -2 * largest, 2 * largest)
+    squared = x * x + y * y + z * z
+    kept = np.flatnonzero(
+        (squared >= settings.minimum_range**2) & (np.abs(cloud.xyz) <= largest).all(axis=1)
+    )
+    return replace(
+        cloud,
+        xyz=cloud.xyz.take(kept, axis=0),
+        intensity=None if cloud.intensity is None else cloud.intensity[kept],
+        ring=None if cloud.ring is None else cloud.ring[kept],
+    )
+
+
+def _moved(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:
+    """Carry points over by sums and products alone, which every processor rounds alike."""
+    x, y, z = np.ascontiguousarray(xyz.T)
+    moved = np.empty(xyz.shape, np.float32)
+    rows = np.column_stack((transform.rotation, transform.translation)).astype(np.float32)
+    for axis, (a, b, c, shift) in enumerate(rows):
+        moved[:, axis] = a * x + b * y + c * z + shift
+    return moved

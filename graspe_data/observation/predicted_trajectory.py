@@ -1,0 +1,40 @@
+"""The trajectory image of a velocity: the arc that it predicts, drawn into the robot's picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.geometry import Transform
+from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory_image import trajectory_image
+from graspe_data.robot import Intrinsics
+
+LONGEST_PART_S = 0.1
+
+
+@dataclass(frozen=True)
+class PredictedTrajectory:
+    """One robot's camera and horizon, ready to draw any velocity.
+
+    ``intrinsics`` are those of the stored picture, ``base_height`` and ``line_width`` metres,
+    ``step_s`` seconds.
+    """
+
+    intrinsics: Intrinsics
+    base_from_camera: Transform
+    base_height: float
+    line_width: float
+    steps: int = 10
+    step_s: float = 0.3
+
+    def draw(self, v: float, omega: float) -> NDArray[np.bool_]:
+        """The trajectory image, bool (H, W), of a velocity in m/s and rad/s."""
+        parts = math.ceil(self.step_s / LONGEST_PART_S)
+        arc = constant_velocity_arc(v, omega, self.steps * parts, self.step_s / parts)
+        return trajectory_image(
+            arc, self.intrinsics, self.base_from_camera, self.base_height, self.line_width
+        )

@@ -1,0 +1,114 @@
+"""The canonical order of a lidar cloud: ring by ring, each by azimuth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import ObservationError
+from graspe_data.observation.ring_recovery import recover_rings
+
+_AZIMUTH_BITS = 24
+_RING_BITS = 16
+
+
+@dataclass(frozen=True)
+class RingOrder:
+    """A permutation of a cloud that does not depend on the order of its points.
+
+    ``order``: int64 (N,), indices into the cloud, sorted by ring, azimuth from behind the sensor
+    counter-clockwise, range, then the bits of the values; points that tie in all are equal.
+    ``ring_starts``: int64 (R + 1,), where each ring that has points begins in ``order``; last N.
+    """
+
+    order: NDArray[np.int64]
+    ring_starts: NDArray[np.int64]
+
+
+def ring_order(
+    xyz: NDArray[np.float32],
+    ring: NDArray[np.integer] | None,
+    rings: int | None = None,
+    intensity: NDArray[np.float32] | None = None,
+) -> RingOrder:
+    """Order a cloud ring by ring.
+
+    Args:
+        xyz: Points (N, 3), metres, in the lidar's own frame, all finite.
+        ring: Ring of each point (N,), or None to recover it from the geometry.
+        rings: How many rings the lidar has, a help to recover them; None if not known.
+        intensity: (N,), takes part in the order of points that are otherwise equal.
+
+    Raises:
+        ObservationError: The ring field has more values than any lidar has rings, or the cloud
+            more points than can be ordered.
+    """
+    if len(xyz) == 0:
+        return RingOrder(np.empty(0, np.int64), np.zeros(1, np.int64))
+    x, y, _ = xyz.T
+    numbers = recover_rings(xyz, rings) if ring is None else _compact(ring)
+    key = numbers.astype(np.uint64) << np.uint64(_AZIMUTH_BITS) | _azimuth(x, y)
+    sorted_key, order = _argsort(key)
+    ties = sorted_key[1:] == sorted_key[:-1]
+    if ties.any():
+        _resolve(order, sorted_key, ties, xyz, intensity)
+    sorted_numbers = sorted_key >> np.uint64(_AZIMUTH_BITS)
+    starts = np.flatnonzero(sorted_numbers[1:] != sorted_numbers[:-1]) + 1
+    return RingOrder(order, np.concatenate(([0], starts, [len(xyz)])))
+
+
+def _compact(ring: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Ring numbers that fit in their bits, in the same order."""
+    if ring.min() >= 0 and ring.max() < 1 << _RING_BITS:
+        return ring
+    values, compact = np.unique(ring, return_inverse=True)
+    if len(values) > 1 << _RING_BITS:
+        raise ObservationError(
+            f"ring: {len(values)} different values in {len(ring)} points, expected at most "
+            f"{1 << _RING_BITS}: this field is no ring number; decode the cloud without it."
+        )
+    return np.asarray(compact, np.int64)
+
+
+def _azimuth(x: NDArray[np.float32], y: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Azimuth as an integer that grows from -pi to pi, by the diamond angle.
+
+    It needs only sums and a quotient, which every processor rounds alike.
+    """
+    norm = np.maximum(np.abs(x) + np.abs(y), np.finfo(np.float32).tiny)
+    quarters = 2 + np.copysign(1 - x / norm, y)
+    steps: NDArray[np.uint32] = (quarters * np.float32(1 << (_AZIMUTH_BITS - 2))).astype(np.uint32)
+    np.minimum(steps, np.uint32((1 << _AZIMUTH_BITS) - 1), out=steps)
+    return steps
+
+
+def _argsort(key: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+    """Sorted keys and their indices; the index rides in the low bits, faster than argsort."""
+    bits = np.uint64(len(key).bit_length())
+    if bits > 64 - _AZIMUTH_BITS - _RING_BITS:
+        raise ObservationError(f"A cloud of {len(key)} points: more than can be ordered.")
+    packed = key << bits
+    packed |= np.arange(len(key), dtype=np.uint64)
+    packed.sort()
+    index = packed & np.uint64((1 << int(bits)) - 1)
+    return packed >> bits, index.view(np.int64)
+
+
+def _resolve(
+    order: NDArray[np.int64],
+    key: NDArray[np.uint64],
+    ties: NDArray[np.bool_],
+    xyz: NDArray[np.float32],
+    intensity: NDArray[np.float32] | None,
+) -> None:
+    """Order the points of equal ring and azimuth in place."""
+    tied = np.zeros(len(order), np.bool_)
+    tied[1:] |= ties
+    tied[:-1] |= ties
+    rows = order[tied]
+    values = xyz[rows] if intensity is None else np.column_stack((xyz[rows], intensity[rows]))
+    squared_range = (xyz[rows] ** 2).sum(axis=1)
+    bits = np.ascontiguousarray(values, np.float32).view(np.int32)
+    order[tied] = rows[np.lexsort((*bits.T[::-1], squared_range, key[tied]))]

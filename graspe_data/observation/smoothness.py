@@ -1,0 +1,69 @@
+"""Local smoothness of a cloud: GrASPE equation (3)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def smoothness(
+    ordered_xyz: NDArray[np.float32], ring_starts: NDArray[np.int64], neighbours: int = 5
+) -> NDArray[np.float32]:
+    """Smoothness of every point against its neighbours on the same ring.
+
+    Equation (3): c_l = |sum over k in M of (X_l - X_k)| / (|X_l| |M|). M holds up to
+    ``neighbours`` points to each side in the ring's order; at the ends of a ring there are fewer,
+    and |M| is the number really there. A point alone on its ring, or at the origin, gives 0.
+
+    Args:
+        ordered_xyz: Points (N, 3) in ring order, metres, in the lidar's own frame.
+        ring_starts: (R + 1,), where each ring begins; last N. See ``ring_order``.
+        neighbours: Points to each side.
+
+    Returns:
+        float32 (N,), 0 on a straight even line.
+    """
+    if len(ordered_xyz) == 0:
+        return np.empty(0, np.float32)
+    points = np.ascontiguousarray(ordered_xyz.T)
+    around, size = _sums_around(points, ring_starts, neighbours)
+    # sum (X_l - X_k) = (|M| + 1) X_l - (X_l + sum X_k)
+    difference = np.square((size + 1) * points - around).sum(axis=0)
+    norm = np.square(points).sum(axis=0) * np.square(size)
+    c: NDArray[np.float32] = np.sqrt(difference / np.maximum(norm, np.finfo(np.float32).tiny))
+    return c
+
+
+def _sums_around(
+    points: NDArray[np.float32], ring_starts: NDArray[np.int64], neighbours: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Sums (3, N) over each point and its neighbours, and the number (N,) of the neighbours."""
+    total = points.shape[1]
+    reach = np.arange(-neighbours, neighbours + 1)
+    padded = np.zeros((3, total + 2 * neighbours), np.float32)
+    padded[:, neighbours:-neighbours] = points
+    sums = _window_sums(padded, len(reach))
+    size = np.full(total, 2 * neighbours, np.float32)
+    # Only windows that reach over the end of a ring have to be summed again.
+    ends = np.unique(np.clip(np.add.outer(ring_starts, reach), 0, total - 1))
+    ring = np.searchsorted(ring_starts, ends, side="right") - 1
+    window = np.add.outer(ends, reach)
+    same = (window >= ring_starts[ring, None]) & (window < ring_starts[ring + 1, None])
+    sums[:, ends] = np.where(same, padded[:, window + neighbours], 0).sum(axis=-1)
+    size[ends] = same.sum(axis=-1) - 1
+    return sums, size
+
+
+def _window_sums(values: NDArray[np.float32], width: int) -> NDArray[np.float32]:
+    """Sums over windows of the last axis, each power of two added once."""
+    span, power = 1, values
+    sums = np.zeros_like(values[:, : values.shape[1] - width + 1])
+    offset = 0
+    while True:
+        if width & span:
+            sums += power[:, offset : offset + sums.shape[1]]
+            offset += span
+        if 2 * span > width:
+            return sums
+        power = power[:, :-span] + power[:, span:]
+        span *= 2

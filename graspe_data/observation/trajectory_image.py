@@ -1,0 +1,113 @@
+"""A trajectory drawn into the picture, on the ground, as wide as the robot."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.geometry import Transform
+from graspe_data.robot import Intrinsics
+
+Floats = NDArray[np.float64]
+
+_FRACTION_BITS = 8
+
+
+def ground_homography(
+    intrinsics: Intrinsics, base_from_camera: Transform, base_height: float
+) -> Floats:
+    """The homography from the ground to the picture.
+
+    Args:
+        intrinsics: Of the picture, without distortion.
+        base_from_camera: Carries points of the optical frame into base_link.
+        base_height: The ground is the plane z = -base_height of base_link, metres.
+
+    Returns:
+        (3, 3): takes (x, y, 1) of a point on the ground in base_link, metres, to depth times
+        (u, v, 1) in pixels; a depth that is not positive lies behind the camera.
+    """
+    camera = base_from_camera.inverse()
+    lowered = camera.translation - base_height * camera.rotation[:, 2]
+    columns = np.column_stack((camera.rotation[:, :2], lowered))
+    return np.asarray(intrinsics.matrix @ columns, np.float64)
+
+
+def trajectory_image(
+    arc: Floats,
+    intrinsics: Intrinsics,
+    base_from_camera: Transform,
+    base_height: float,
+    line_width: float,
+) -> NDArray[np.bool_]:
+    """Draw a trajectory as a ribbon on the ground.
+
+    The ribbon's parts are clipped by the pyramid of what the camera sees, with a margin, before
+    they are divided by their depth: nothing behind the camera comes round to the front.
+
+    Args:
+        arc: Poses (M, 3): x, y in metres and yaw in rad, base_link; the ribbon is straight
+            between them, so give it finer than the horizon's steps.
+        intrinsics: Of the picture, without distortion; also its size.
+        base_from_camera: Carries points of the optical frame into base_link.
+        base_height: Height of base_link above the ground, metres.
+        line_width: Width of the ribbon, metres.
+
+    Returns:
+        bool (H, W): True on the ribbon, to half a pixel; all False where it is not in the picture.
+    """
+    canvas = np.zeros((intrinsics.height, intrinsics.width), np.uint8)
+    to_pixels = ground_homography(intrinsics, base_from_camera, base_height)
+    planes = _clip_planes(intrinsics.width, intrinsics.height)
+    parts = _ribbon(arc, line_width) @ to_pixels.T
+    outside: NDArray[np.bool_] = parts @ planes.T < 0
+    hidden = np.any(np.all(outside, axis=1), axis=1)
+    crossing = np.any(outside, axis=(1, 2))
+    for part, crosses in zip(parts[~hidden], crossing[~hidden], strict=True):
+        visible = _clipped(part, planes) if crosses else part
+        _fill(canvas, visible[visible[:, 2] > 0])
+    return canvas.view(np.bool_)
+
+
+def _ribbon(arc: Floats, width: float) -> Floats:
+    """The ribbon's parts (M - 1, 4, 3): corners (x, y, 1) on the ground."""
+    x, y, yaw = arc.T
+    aside = np.stack((-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)), axis=-1) * (width / 2)
+    centre = np.stack((x, y, np.ones_like(x)), axis=-1)
+    left, right = centre + aside, centre - aside
+    return np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1)
+
+
+def _clip_planes(width: int, height: int) -> Floats:
+    """The pyramid over the picture and its size all around: half-spaces (4, 3) of (u, v, 1)."""
+    left, right = (1.0, 0.0, width), (-1.0, 0.0, 2.0 * width)
+    above, below = (0.0, 1.0, height), (0.0, -1.0, 2.0 * height)
+    return np.array((left, right, above, below))
+
+
+def _clipped(polygon: Floats, planes: Floats) -> Floats:
+    """The part of a convex polygon (K, 3) within all half-spaces (Sutherland-Hodgman)."""
+    for plane in planes:
+        polygon = _cut(polygon, polygon @ plane)
+    return polygon
+
+
+def _cut(polygon: Floats, inside: Floats) -> Floats:
+    corners = []
+    for here in range(len(polygon)):
+        before = here - 1
+        if inside[here] * inside[before] < 0:
+            share = inside[before] / (inside[before] - inside[here])
+            corners.append(polygon[before] + share * (polygon[here] - polygon[before]))
+        if inside[here] >= 0:
+            corners.append(polygon[here])
+    return np.array(corners).reshape(-1, 3)
+
+
+def _fill(canvas: NDArray[np.uint8], polygon: Floats) -> None:
+    if len(polygon) == 0:
+        return
+    pixels = polygon[:, :2] / polygon[:, 2:]
+    corners = np.rint(pixels * (1 << _FRACTION_BITS)).astype(np.int32)
+    cv2.fillConvexPoly(canvas, corners, 1, cv2.LINE_8, _FRACTION_BITS)

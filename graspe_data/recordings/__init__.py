@@ -1,0 +1,16 @@
+"""Open any recording, and decode its messages."""
+
+from graspe_data.recordings.digest import recording_digest
+from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
+from graspe_data.recordings.recording import Recording, open_recording
+from graspe_data.recordings.writing import RecordingWriter
+
+__all__ = [
+    "Loss",
+    "RawMessage",
+    "Recording",
+    "RecordingWriter",
+    "TopicInfo",
+    "open_recording",
+    "recording_digest",
+]

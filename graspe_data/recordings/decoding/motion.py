@@ -1,0 +1,89 @@
+"""Odometry, twists and poses as motion samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from graspe_data.errors import RecordingError
+from graspe_data.recordings.decoding.header import stamp_ns
+from graspe_data.recordings.sensor_data import Motion
+
+Triple = tuple[float, float, float]
+Quadruple = tuple[float, float, float, float]
+
+
+def decode_motion(message: Any, message_type: str, topic: str) -> Motion:
+    """Decode one message that tells how the robot moves.
+
+    Odometry gives pose and twist; TwistStamped and Twist a twist, the latter without stamp and
+    frame; PoseStamped a pose, whose child frame is unnamed. The variants with covariance do alike.
+
+    Raises:
+        RecordingError: Another message type; names those that are known.
+    """
+    decoder = _DECODERS.get(message_type)
+    if decoder is None:
+        raise RecordingError(
+            f"{topic}: {message_type} tells no motion; expected one of {', '.join(_DECODERS)}, or "
+            f"tf. Name another topic as `odometry` or `command` in the robot manifest."
+        )
+    return decoder(message)
+
+
+def vector(message: Any) -> Triple:
+    """A geometry_msgs Vector3 or Point as x, y, z."""
+    return float(message.x), float(message.y), float(message.z)
+
+
+def quaternion(message: Any) -> Quadruple:
+    """A geometry_msgs Quaternion as x, y, z, w."""
+    return float(message.x), float(message.y), float(message.z), float(message.w)
+
+
+def _odometry(message: Any) -> Motion:
+    twist, pose = message.twist.twist, message.pose.pose
+    return Motion(
+        stamp_ns=stamp_ns(message.header),
+        frame=message.header.frame_id,
+        child_frame=message.child_frame_id,
+        position=vector(pose.position),
+        quaternion=quaternion(pose.orientation),
+        linear_velocity=float(twist.linear.x),
+        yaw_rate=float(twist.angular.z),
+    )
+
+
+def _twist(twist: Any, header: Any | None = None) -> Motion:
+    frame = "" if header is None else header.frame_id
+    return Motion(
+        stamp_ns=None if header is None else stamp_ns(header),
+        frame=frame,
+        child_frame=frame,
+        position=None,
+        quaternion=None,
+        linear_velocity=float(twist.linear.x),
+        yaw_rate=float(twist.angular.z),
+    )
+
+
+def _pose(pose: Any, header: Any) -> Motion:
+    return Motion(
+        stamp_ns=stamp_ns(header),
+        frame=header.frame_id,
+        child_frame="",
+        position=vector(pose.position),
+        quaternion=quaternion(pose.orientation),
+        linear_velocity=None,
+        yaw_rate=None,
+    )
+
+
+_DECODERS: Final[dict[str, Callable[[Any], Motion]]] = {
+    "nav_msgs/msg/Odometry": _odometry,
+    "geometry_msgs/msg/TwistStamped": lambda m: _twist(m.twist, m.header),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": lambda m: _twist(m.twist.twist, m.header),
+    "geometry_msgs/msg/Twist": _twist,
+    "geometry_msgs/msg/PoseStamped": lambda m: _pose(m.pose, m.header),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": lambda m: _pose(m.pose.pose, m.header),
+}

@@ -1,0 +1,130 @@
+"""PointCloud2 messages as arrays, whatever the layout of their fields."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import RecordingError
+from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.sensor_data import PointCloud
+
+INTENSITY_NAMES: Final = ("intensity", "intensities", "i", "reflectivity")
+RING_NAMES: Final = ("ring", "channel", "laser_id")
+
+# sensor_msgs/PointField: INT8 = 1 ... FLOAT64 = 8.
+_TYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+
+Floats32 = NDArray[np.float32]
+
+
+def decode_points(message: Any, topic: str) -> PointCloud:
+    """Decode a sensor_msgs/PointCloud2.
+
+    Any order, offset, type and padding of fields, of points and of rows, and both byte orders.
+    Intensity is the first present of ``intensity``, ``intensities``, ``i`` and ``reflectivity``;
+    ring the first of ``ring``, ``channel`` and ``laser_id`` that is of an integer type, else the
+    row of an organised cloud (height and width above 1), else None. Points whose x, y or z is NaN
+    or infinite as float32, or which lie at (0, 0, 0), are removed. Of an empty cloud the fields are
+    not looked at: intensity and ring are None.
+
+    Raises:
+        RecordingError: x, y or z is absent or no float, a field lies outside its point, or there is
+            less data than the size asks for.
+    """
+    where = place(topic, message.header)
+    points = _structured(message, where)
+    names = points.dtype.names or ()
+    with np.errstate(over="ignore", invalid="ignore"):
+        axes = [_column(points, axis, np.float32) for axis in "xyz"]
+        kept = _returned(axes)
+        intensity = _column(points, "intensity", np.float32) if "intensity" in names else None
+    ring = _column(points, "ring", np.int32) if "ring" in names else _rows(points.shape)
+    return PointCloud(
+        stamp_ns=stamp_ns(message.header),
+        frame=message.header.frame_id,
+        xyz=np.stack([_take(axis, kept) for axis in axes], axis=1),
+        intensity=None if intensity is None else _take(intensity, kept),
+        ring=None if ring is None else _take(ring, kept),
+        returns=points.size,
+    )
+
+
+def _structured(message: Any, where: str) -> NDArray[np.void]:
+    """A view on the message's bytes, (H, W), with the fields x, y, z, intensity, ring."""
+    height, width, step = int(message.height), int(message.width), int(message.point_step)
+    if not (height and width):
+        return np.empty((0, 0), [("x", "f4"), ("y", "f4"), ("z", "f4")])
+    row_step = int(message.row_step) if height > 1 else width * step
+    needed = row_step * (height - 1) + width * step
+    if row_step < width * step or len(message.data) < needed:
+        raise RecordingError(
+            f"{where}: {height} rows of {width} points, {step} bytes a point and {row_step} a row, "
+            f"need {needed} bytes of data; found {len(message.data)}. The message is damaged or "
+            f"its driver is wrong."
+        )
+    fields = {field.name: field for field in reversed(message.fields)}
+    dtype = _point_type(fields, step, bool(message.is_bigendian), where)
+    return np.ndarray((height, width), dtype, buffer=message.data, strides=(row_step, step))
+
+
+def _point_type(
+    fields: Mapping[str, Any], step: int, big_endian: bool, where: str
+) -> np.dtype[np.void]:
+    chosen = {axis: fields[axis] for axis in "xyz" if axis in fields}
+    if len(chosen) < len("xyz") or any(field.datatype not in (7, 8) for field in chosen.values()):
+        present = reversed(list(fields.values()))
+        described = ", ".join(f"{f.name} {_TYPES.get(f.datatype, '?')}" for f in present)
+        raise RecordingError(
+            f"{where}: a cloud needs x, y and z of float32 or float64; found the fields "
+            f"{described or 'none'}. Name another topic as `points` in the robot manifest."
+        )
+    intensity = _first(fields, INTENSITY_NAMES, "iuf")
+    ring = _first(fields, RING_NAMES, "iu")
+    chosen |= {"intensity": intensity} if intensity else {}
+    chosen |= {"ring": ring} if ring else {}
+    order = ">" if big_endian else "<"
+    formats = [np.dtype(order + _TYPES[field.datatype]) for field in chosen.values()]
+    offsets = [int(field.offset) for field in chosen.values()]
+    for name, form, offset in zip(chosen, formats, offsets, strict=True):
+        if offset + form.itemsize > step:
+            raise RecordingError(
+                f"{where}: field {name} takes bytes {offset} to {offset + form.itemsize} of a "
+                f"point of {step} bytes. The message is damaged or its driver is wrong."
+            )
+    names = list(chosen)
+    layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": step}
+    return cast("np.dtype[np.void]", np.dtype(cast("Any", layout)))
+
+
+def _first(fields: Mapping[str, Any], names: Sequence[str], kinds: str) -> Any | None:
+    present = (fields[name] for name in names if name in fields)
+    return next((f for f in present if _TYPES.get(f.datatype, "?")[0] in kinds), None)
+
+
+def _returned(axes: Sequence[Floats32]) -> NDArray[np.intp] | None:
+    """Indices of the points that are finite and off the origin; None where all are.
+
+    |x| + |y| + |z| is NaN or infinite where a coordinate is, and zero only at the origin.
+    """
+    distance = np.abs(axes[0]) + np.abs(axes[1]) + np.abs(axes[2])
+    kept = (distance > 0) & (distance < np.inf)
+    return None if kept.all() else np.flatnonzero(kept)
+
+
+def _take(values: NDArray[Any], kept: NDArray[np.intp] | None) -> NDArray[Any]:
+    return values if kept is None else values.take(kept)
+
+
+def _column(points: NDArray[np.void], name: str, dtype: type[np.generic]) -> NDArray[Any]:
+    return points[name].astype(dtype).reshape(-1)
+
+
+def _rows(shape: tuple[int, ...]) -> NDArray[np.int32] | None:
+    height, width = shape
+    if height <= 1 or width <= 1:
+        return None
+    return np.repeat(np.arange(height, dtype=np.int32), width)

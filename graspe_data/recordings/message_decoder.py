@@ -1,0 +1,96 @@
+"""Raw messages to objects with the attributes of their ROS types, and stamps without decoding."""
+
+from __future__ import annotations
+
+from struct import Struct
+
+from rosbags.typesys.store import Typestore
+
+from graspe_data.errors import RecordingError
+from graspe_data.recordings.message_types import begins_with_header, typestore_for, wire_layout
+from graspe_data.recordings.storage import Channel
+
+# ROS 1: seq u32, sec u32, nsec u32. CDR: four bytes of encapsulation, sec i32, nsec u32.
+ROS1_STAMP = Struct("<4xII")
+CDR_STAMP = {0: Struct(">4xiI"), 1: Struct("<4xiI")}
+
+
+class MessageDecoder:
+    """Decodes the messages of one channel.
+
+    Its definition is parsed here; where that fails, messages cannot be decoded but still be read.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        """Build the decoder by the channel's definition, or by the standard one."""
+        self._channel = channel
+        self._store: Typestore | None = None
+        self._fault = ""
+        if channel.encoding not in ("ros1", "cdr"):
+            self._fault = f"messages encoded as {channel.encoding!r}; only ros1 and cdr are decoded"
+            return
+        try:
+            self._store = typestore_for(
+                channel.message_type,
+                channel.encoding,
+                channel.definition,
+                channel.definition_format,
+            )
+        except RecordingError as error:
+            self._fault = str(error)
+        else:
+            self._has_header = begins_with_header(self._store, channel.message_type)
+
+    def decode(self, data: bytes | memoryview) -> object:
+        """Decode a message; trailing bytes are ignored.
+
+        Raises:
+            RecordingError: There is no definition, or the message does not fit it.
+        """
+        if self._store is None:
+            raise RecordingError(self._fault)
+        try:
+            return self._deserialise(self._store, data)
+        except Exception as error:
+            raise RecordingError(
+                f"{len(data)} bytes are no {self._channel.message_type} "
+                f"({str(error) or type(error).__name__}). Leave the message out; where all of the "
+                f"topic fail, its definition in the recording is wrong."
+            ) from error
+
+    def header_stamp_ns(self, data: bytes | memoryview) -> int | None:
+        """The stamp of the header by its place in the bytes; None where there is no header."""
+        if self._store is None or not self._has_header:
+            return None
+        ros1 = self._channel.encoding == "ros1"
+        layout = ROS1_STAMP if ros1 else CDR_STAMP.get(_byte_order(data))
+        if layout is None or len(data) < layout.size:
+            return None
+        seconds, nanoseconds = layout.unpack_from(data)
+        return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+    def reads_alike(self, other: MessageDecoder) -> bool:
+        """Whether both decode the same bytes to the same fields, as tf and tf2 messages do."""
+        if self._channel.encoding != other._channel.encoding:
+            return False
+        if self._channel.message_type == other._channel.message_type:
+            return True
+        if self._store is None or other._store is None:
+            return False
+        ours = wire_layout(self._store, self._channel.message_type)
+        return ours == wire_layout(other._store, other._channel.message_type)
+
+    def _deserialise(self, store: Typestore, data: bytes | memoryview) -> object:
+        """Deserialise without rosbags' check that nothing trails."""
+        kind = store.get_msgdef(self._channel.message_type)
+        if self._channel.encoding == "ros1":
+            return kind.deserialize_ros1(data, 0, kind.cls, store)[0]
+        order = _byte_order(data)
+        if order not in CDR_STAMP:
+            raise ValueError("unknown CDR encapsulation")
+        function = kind.deserialize_cdr_le if order == 1 else kind.deserialize_cdr_be
+        return function(data[4:], 0, kind.cls, store)[0]
+
+
+def _byte_order(data: bytes | memoryview) -> int:
+    return data[1] if len(data) >= 4 and data[0] == 0 else -1  # noqa: PLR2004

@@ -1,0 +1,92 @@
+"""Records of a ROS 1 bag, format 2.0: a header of named fields, then data.
+
+Each is preceded by its length, u32; a field is its length, ``name=`` and the value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from struct import Struct
+from typing import NamedTuple
+
+MESSAGE, BAG, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
+MAXIMUM_HEADER = 1 << 20
+
+_U32 = Struct("<I")
+TIME = Struct("<II")
+
+
+class Record(NamedTuple):
+    """A record's fields, and where its data lies."""
+
+    op: int
+    fields: dict[bytes, bytes]
+    data_offset: int
+    data_size: int
+
+
+def u32(fields: dict[bytes, bytes], name: bytes) -> int:
+    """A field as unsigned integer of 32 bits; ValueError where it is none."""
+    value = fields.get(name, b"")
+    if len(value) != _U32.size:
+        raise ValueError(f"has a record without the field {name.decode()}")
+    return int(_U32.unpack(value)[0])
+
+
+def time_ns(fields: dict[bytes, bytes], name: bytes) -> int:
+    """A field as time, u32 seconds and u32 nanoseconds; ValueError where it is none."""
+    value = fields.get(name, b"")
+    if len(value) != TIME.size:
+        raise ValueError(f"has a record without the field {name.decode()}")
+    seconds, nanoseconds = TIME.unpack(value)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+
+def parse_fields(header: bytes | memoryview) -> dict[bytes, bytes]:
+    """Split a header into its fields; ValueError where lengths do not fit."""
+    fields: dict[bytes, bytes] = {}
+    offset = 0
+    header = bytes(header)
+    while offset < len(header):
+        size = int.from_bytes(header[offset : offset + 4], "little")
+        offset += 4
+        name, separator, value = header[offset : offset + size].partition(b"=")
+        if not separator or offset + size > len(header):
+            raise ValueError(f"has a broken record header at byte {offset} of it")
+        fields[name] = value
+        offset += size
+    return fields
+
+
+def parse_record(buffer: bytes | memoryview, offset: int) -> Record:
+    """Parse the record at ``offset``; its data may reach past the buffer, its header may not."""
+    head = offset + 4
+    size = int.from_bytes(buffer[offset:head], "little")
+    if head > len(buffer) or size > MAXIMUM_HEADER or head + size + 4 > len(buffer):
+        raise ValueError(f"is cut or broken at byte {offset} of it")
+    fields = parse_fields(buffer[head : head + size])
+    if len(fields.get(b"op", b"")) != 1:
+        raise ValueError(f"has a record without op at byte {offset} of it")
+    data = head + size + 4
+    return Record(fields[b"op"][0], fields, data, int.from_bytes(buffer[data - 4 : data], "little"))
+
+
+def walk_records(content: bytes) -> Iterator[Record]:
+    """The whole records of a chunk's content; ValueError at the first that is not."""
+    offset = 0
+    while offset < len(content):
+        record = parse_record(content, offset)
+        offset = record.data_offset + record.data_size
+        if offset > len(content):
+            raise ValueError(f"ends within a message, {offset - len(content)} bytes short")
+        yield record
+
+
+def walk_messages(content: bytes) -> Iterator[tuple[int, int, memoryview]]:
+    """The messages of a chunk's content as (connection, time in ns, data)."""
+    view = memoryview(content)
+    for record in walk_records(content):
+        if record.op == MESSAGE:
+            stop = record.data_offset + record.data_size
+            data = view[record.data_offset : stop]
+            yield u32(record.fields, b"conn"), time_ns(record.fields, b"time"), data

@@ -1,0 +1,40 @@
+"""What every container format gives to a `Recording`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from graspe_data.recordings.messages import Loss, RawMessage
+
+MAXIMUM_TIME = (1 << 63) - 1
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One publisher's topic: its type and the definition of that type, empty where absent."""
+
+    topic: str
+    message_type: str
+    encoding: str
+    definition: str = ""
+    definition_format: str = "msg"
+    count: int | None = None
+
+
+class Storage(Protocol):
+    """One file of a recording, open for reading."""
+
+    losses: list[Loss]
+    """What was found missing on opening."""
+
+    @property
+    def channels(self) -> Mapping[int, Channel]:
+        """The channels by their number in the file."""
+
+    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
+        """Yield the messages of some channels; append to ``losses`` what is found missing."""
+
+    def close(self) -> None:
+        """Close the file."""

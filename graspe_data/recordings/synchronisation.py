@@ -1,0 +1,149 @@
+"""Which picture, cloud and odometry make a row: anchors, ages, and why an anchor makes none."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.manifest import Settings
+from graspe_data.recordings.clocks import SECOND
+from graspe_data.recordings.odometry import OdometrySamples, OdometrySeries, sample_odometry
+from graspe_data.recordings.tracks import Stamps
+
+Positive = Annotated[float, Field(gt=0)]
+Indices = NDArray[np.int64]
+
+
+class SynchronisationSettings(Settings):
+    """Rates, windows and tolerances of a row; seconds and Hz."""
+
+    anchor_rate: Positive = 10.0
+    history_steps: Annotated[int, Field(ge=1, le=10_000)] = 50
+    history_step_s: Positive = 0.1
+    horizon_s: Positive = 3.0
+    points_tolerance_s: Annotated[float, Field(ge=0)] = 0.1
+    odometry_gap_s: Positive = 0.25
+    points_required: bool = True
+    """False keeps rows without a cloud, marked ``points_valid = False``."""
+
+
+@dataclass(frozen=True)
+class RowPlan:
+    """The rows of a recording, R of them, in time order.
+
+    ``anchor_ns`` (R,); ``image`` and ``points`` (R,) are the ordinals of the messages on their
+    topics, ``points`` -1 where there is no cloud; ``points_age_ns`` (R,) is positive for a cloud
+    older than the picture; ``now`` and ``history`` are the odometry at the anchor (R,) and over
+    the history (R, H), oldest first. ``lost`` counts the anchors that made no row, by reason.
+    """
+
+    anchor_ns: Stamps
+    image: Indices
+    points: Indices
+    points_age_ns: Stamps
+    now: OdometrySamples
+    history: OdometrySamples
+    lost: Mapping[str, int]
+
+    @property
+    def rows(self) -> int:
+        """How many rows."""
+        return int(self.anchor_ns.size)
+
+
+def pair_nearest(stamps_ns: Stamps, others_ns: Stamps, tolerance_s: float) -> Indices:
+    """For each stamp (N,), the index of the nearest other stamp, -1 beyond the tolerance.
+
+    Of two at the same distance the older one is taken: it was known at that moment.
+    """
+    order = np.argsort(others_ns, kind="stable")
+    ordered = others_ns[order]
+    right = np.clip(np.searchsorted(ordered, stamps_ns, side="left"), 0, ordered.size - 1)
+    left = np.maximum(right - 1, 0)
+    nearer_left = np.abs(stamps_ns - ordered[left]) <= np.abs(ordered[right] - stamps_ns)
+    nearest = np.where(nearer_left, left, right)
+    within = np.abs(ordered[nearest] - stamps_ns) <= tolerance_s * SECOND
+    return np.where(within, order[nearest], -1)
+
+
+def choose_anchors(stamps_ns: Stamps, rate: float) -> Indices:
+    """Indices of the stamps kept at a rate, in time order.
+
+    A stamp is kept when it lies at least a period after the last one kept, less half the topic's
+    own interval, so that jitter does not halve the rate. Repeated stamps are kept once.
+    """
+    order = np.argsort(stamps_ns, kind="stable")
+    ordered = stamps_ns[order]
+    intervals = np.diff(ordered)
+    typical = float(np.median(intervals[intervals > 0])) if np.any(intervals > 0) else 0.0
+    period = SECOND / rate
+    spacing = max(period - 0.5 * min(typical, period), 1.0)
+    kept, next_ns = [], ordered[0]
+    for position, stamp in enumerate(ordered.tolist()):
+        if stamp >= next_ns:
+            kept.append(position)
+            next_ns = stamp + spacing
+    return order[np.array(kept, np.int64)]
+
+
+def plan_rows(
+    image_ns: Stamps, points_ns: Stamps, odometry: OdometrySeries, settings: SynchronisationSettings
+) -> RowPlan:
+    """Decide the rows of a recording.
+
+    Args:
+        image_ns: Stamps of the pictures in the reader's order, int64 ns, shape (I,), I > 0.
+        points_ns: Stamps of the clouds in the reader's order, int64 ns, shape (C,), C > 0.
+        odometry: The odometry on the same clock.
+        settings: Rates, windows, tolerances.
+
+    Returns:
+        The plan; every anchor without a row is counted under the first reason that applies.
+    """
+    image = choose_anchors(image_ns, settings.anchor_rate)
+    anchors = image_ns[image]
+    points = pair_nearest(anchors, points_ns, settings.points_tolerance_s)
+    back = np.arange(settings.history_steps - 1, -1, -1) * settings.history_step_s
+    history_ns = anchors[:, None] - np.rint(back * SECOND).astype(np.int64)
+    now = sample_odometry(odometry, anchors, settings.odometry_gap_s)
+    history = sample_odometry(odometry, history_ns, settings.odometry_gap_s)
+    end_ns = anchors + round(settings.horizon_s * SECOND)
+    reasons = {
+        "history begins before the odometry": history_ns[:, 0] < odometry.stamps_ns[0],
+        "horizon runs past the end of the odometry": end_ns > odometry.stamps_ns[-1],
+        "gap in the odometry of the history": ~history.known.all(axis=1) | ~now.known,
+        "no cloud within the tolerance": (points < 0) & settings.points_required,
+    }
+    lost, keep = _count_losses(reasons, anchors.size)
+    age = np.where(points >= 0, anchors - points_ns[points], 0)
+    return RowPlan(
+        anchors[keep],
+        image[keep],
+        points[keep],
+        age[keep],
+        _take(now, keep),
+        _take(history, keep),
+        lost,
+    )
+
+
+def _count_losses(
+    reasons: Mapping[str, NDArray[np.bool_]], rows: int
+) -> tuple[dict[str, int], NDArray[np.bool_]]:
+    keep, lost = np.ones(rows, np.bool_), Counter[str]()
+    for reason, applies in reasons.items():
+        lost[reason] += int(np.count_nonzero(keep & applies))
+        keep &= ~applies
+    return {reason: count for reason, count in lost.items() if count}, keep
+
+
+def _take(samples: OdometrySamples, keep: NDArray[np.bool_]) -> OdometrySamples:
+    return OdometrySamples(
+        samples.pose[keep], samples.velocity[keep], samples.known[keep], samples.age_ns[keep]
+    )

@@ -1,0 +1,140 @@
+"""The robot manifest: topics, camera, lidar, mounting, limits, footprint."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from graspe_data.geometry import Transform, rotation_from_rpy
+from graspe_data.manifest import Settings
+
+Positive = Annotated[float, Field(gt=0)]
+Vector3 = tuple[float, float, float]
+
+
+class Topics(Settings):
+    """Which topic serves as what."""
+
+    image: str
+    points: str
+    odometry: str
+    camera_info: str | None = None
+    command: str | None = None
+    imu: str | None = None
+
+
+class Clock(Settings):
+    """How a topic's stamps become time.
+
+    ``offset_s`` is added to the topic's stamps; ``measured`` estimates it from the difference
+    between the topic's skew and the camera's, and is refused where that is not constant.
+    """
+
+    stamp: Literal["header", "bag"] = "header"
+    offset_s: float | Literal["measured"] = 0.0
+
+
+class Clocks(Settings):
+    """The clock of each sensor."""
+
+    image: Clock = Clock()
+    points: Clock = Clock()
+    odometry: Clock = Clock()
+    command: Clock = Clock()
+    imu: Clock = Clock()
+
+
+class Intrinsics(Settings):
+    """A calibrated pinhole camera; pixels, OpenCV's distortion models."""
+
+    width: Annotated[int, Field(gt=0, le=16384)]
+    height: Annotated[int, Field(gt=0, le=16384)]
+    fx: Positive
+    fy: Positive
+    cx: float
+    cy: float
+    distortion_model: Literal["none", "plumb_bob", "rational_polynomial", "equidistant"] = "none"
+    distortion: tuple[float, ...] = ()
+
+    @property
+    def matrix(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+        """The camera matrix (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+
+class Mounting(Settings):
+    """Where a sensor sits in base_link: metres, and roll, pitch, yaw in rad."""
+
+    translation: Vector3
+    rotation_rpy: Vector3 = (0.0, 0.0, 0.0)
+
+    @property
+    def transform(self) -> Transform:
+        """The transform that carries points of the sensor into base_link."""
+        return Transform(rotation_from_rpy(*self.rotation_rpy), np.asarray(self.translation))
+
+
+class Camera(Settings):
+    """The camera: its calibration and mounting, each given here or taken from the recording."""
+
+    intrinsics: Intrinsics | Literal["camera_info"] = "camera_info"
+    mounting: Mounting | Literal["tf"] = "tf"
+    frame: str | None = None
+    """Optical frame; None takes it from the images' headers."""
+    rectified: bool = False
+    """The pictures are rectified already: of CameraInfo, P counts, and no distortion."""
+
+
+class Lidar(Settings):
+    """The lidar: its model, mounting, scale of intensity and number of rings."""
+
+    model: Literal["VLP-16", "VLP-32C", "generic"] = "generic"
+    mounting: Mounting | Literal["tf"] = "tf"
+    frame: str | None = None
+    """None takes it from the clouds' headers."""
+    rings: Annotated[int, Field(ge=1, le=256)] | None = None
+    """None recovers the number of rings from the cloud where it has no ring field."""
+    intensity_maximum: Positive = 255.0
+    minimum_range: Annotated[float, Field(ge=0)] = 0.0
+
+
+class Limits(Settings):
+    """Velocity and acceleration limits: m/s, rad/s, m/s^2, rad/s^2."""
+
+    linear_velocity: tuple[float, float]
+    yaw_rate: tuple[float, float]
+    linear_acceleration: Positive = 1.0
+    yaw_acceleration: Positive = 3.2
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        for name in ("linear_velocity", "yaw_rate"):
+            low, high = getattr(self, name)
+            if low > high:
+                raise ValueError(f"{name}: the lower limit {low} is above the upper limit {high}")
+        return self
+
+
+class Footprint(Settings):
+    """The robot on the ground, metres; ``width`` is also the width of the drawn trajectory."""
+
+    length: Positive
+    width: Positive
+
+
+class Robot(Settings):
+    """A robot manifest."""
+
+    name: str
+    topics: Topics
+    base_frame: str = "base_link"
+    odometry_frame: str = "odom"
+    base_height: float = 0.0
+    """Height of base_link above the ground, metres: the ground is the plane z = -base_height."""
+    camera: Camera = Camera()
+    lidar: Lidar = Lidar()
+    clocks: Clocks = Clocks()
+    limits: Limits
+    footprint: Footprint

@@ -1,0 +1,58 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterable
+from pathlib import Path
+
+from graspe_data.errors import ShardError
+
+PARTIAL_SUFFIX = ".partial"
+
+
+def write_atomically(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
+    """Write a file under a temporary name, sync it, rename it, and sync its folder.
+
+    A process killed on the way leaves at most a hidden file that ends in ``PARTIAL_SUFFIX``; what
+    stood at ``path`` before stays until the new file is complete on the disk.
+
+    Returns:
+        Bytes written.
+
+    Raises:
+        ShardError: The folder does not exist or cannot be written, or the disk is full.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PARTIAL_SUFFIX}")
+    try:
+        try:
+            written = _write_synced(partial, pieces)
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+        _sync_folder(path.parent)
+    except OSError as error:
+        reason = error.strerror or error
+        raise ShardError(
+            f"{path}: cannot be written: {reason}. Check that the folder exists, that it may be "
+            "written and that its disk has space."
+        ) from error
+    return written
+
+
+def _write_synced(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
+    with path.open("xb") as file:
+        for piece in pieces:
+            file.write(piece)
+        file.flush()
+        os.fsync(file.fileno())
+        return file.tell()
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

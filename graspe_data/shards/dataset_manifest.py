@@ -1,0 +1,234 @@
+"""``dataset.json``: what a dataset holds, where it came from, and the digest that names it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, JsonValue, StringConstraints, field_validator, model_validator
+
+from graspe_data.columns import Column
+from graspe_data.errors import ManifestError, ShardError
+from graspe_data.manifest import Settings, validate
+from graspe_data.shards.atomic_file import write_atomically
+
+MANIFEST_NAME = "dataset.json"
+
+_LARGEST_MANIFEST = 256 << 20
+_NUMBERS = {"bool", "float16", "float32", "float64"} | {
+    f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)
+}
+
+Count = Annotated[int, Field(ge=0, le=1 << 48)]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]{0,99}$")]
+Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+
+
+class ShardFile(Settings):
+    """A shard as ``dataset.json`` commits it: ``columns`` has the SHA-256 of every member."""
+
+    path: str
+    rows: Count
+    bytes: Count
+    columns: dict[str, Sha256]
+
+    @field_validator("path")
+    @classmethod
+    def _stays_in_the_folder(cls, path: str) -> str:
+        parts = PurePosixPath(path).parts
+        if not parts or path != "/".join(parts) or {"..", "/"} & set(parts) or "\\" in path:
+            raise ValueError("expected a relative path within the dataset's folder")
+        if "\0" in path:
+            raise ValueError("a path cannot hold a zero byte")
+        return path
+
+
+class RecordingEntry(Settings):
+    """A recording that the dataset was made from, and what became of it.
+
+    Attributes:
+        name: Its file or folder name; it may move, so this is not part of the dataset's digest.
+        digest: SHA-256 of its contents; empty where it could not be read.
+        group: The value of the group key (a day, a place, a world) by which it was split.
+        split: The split its rows went to; None where it gave no rows.
+        rows: Rows in the dataset.
+        losses: Anchors that made no row, counted under their reason.
+        columns: SHA-256 of every column of its episode.
+        stages: Key of every stage that made the episode.
+        details: Whatever else the report shows, such as clock offsets.
+    """
+
+    name: str
+    digest: Sha256 | Literal[""]
+    group: str
+    split: Name | None = None
+    rows: Count = 0
+    losses: Mapping[str, Count] = {}
+    columns: Mapping[str, Sha256] = {}
+    stages: Mapping[str, str] = {}
+    details: Mapping[str, JsonValue] = {}
+
+
+class DatasetIndex(Settings):
+    """The content of ``dataset.json``.
+
+    Attributes:
+        columns: The columns, declared.
+        group_key: What rows were grouped by for the split.
+        splits: For each split its shards, in the order of their rows.
+        recordings: In the order that the column ``recording`` refers to.
+        losses: Anchors that made no row, over all recordings, counted under their reason.
+        configuration: The resolved configuration, without what concerns storage alone.
+        storage: Configuration that changes the layout but not the rows, such as rows a shard.
+        order_seed: Seed of the order in which rows were shuffled into shards.
+        statistics: Numbers for the report.
+        dataset_digest: :meth:`content_digest`; set by :func:`write_index`.
+    """
+
+    format: Literal["graspe-dataset-1"] = "graspe-dataset-1"
+    name: str
+    columns: tuple[Column, ...]
+    group_key: str
+    splits: dict[Name, list[ShardFile]]
+    recordings: list[RecordingEntry]
+    losses: Mapping[str, Count] = {}
+    configuration: Mapping[str, JsonValue] = {}
+    storage: Mapping[str, JsonValue] = {}
+    order_seed: int = 0
+    statistics: Mapping[str, JsonValue] = {}
+    dataset_digest: Sha256 | Literal[""] = ""
+
+    @field_validator("columns")
+    @classmethod
+    def _are_arrays_of_numbers(cls, columns: tuple[Column, ...]) -> tuple[Column, ...]:
+        for column in columns:
+            if column.dtype not in _NUMBERS:
+                raise ValueError(f"column {column.name!r} has dtype {column.dtype!r}, not a number")
+            if any(size < 0 for size in column.shape):
+                raise ValueError(f"column {column.name!r} has a negative size in its shape")
+        names = [column.name for column in columns]
+        if len(set(names)) != len(names):
+            raise ValueError("two columns have the same name")
+        return columns
+
+    @model_validator(mode="after")
+    def _rows_add_up(self) -> DatasetIndex:
+        made: Counter[str | None] = Counter()
+        for entry in self.recordings:
+            made[entry.split] += entry.rows
+        for split in {*self.splits, *made}:
+            stored = sum(shard.rows for shard in self.splits.get(split or "", []))
+            if stored != made[split]:
+                raise ValueError(
+                    f"split {split!r} has {stored} rows in its shards, {made[split]} by its "
+                    "recordings"
+                )
+        return self
+
+    def rows(self, split: str) -> int:
+        """Rows of a split."""
+        return sum(shard.rows for shard in self.shards(split))
+
+    def shards(self, split: str) -> list[ShardFile]:
+        """Shards of a split.
+
+        Raises:
+            ShardError: No such split; the text lists those there are.
+        """
+        if split not in self.splits:
+            known = ", ".join(sorted(self.splits)) or "none"
+            raise ShardError(f"{self.name}: no split {split!r}; the dataset has {known}.")
+        return self.splits[split]
+
+    def content_digest(self) -> str:
+        """SHA-256 over what decides the rows and their order, whatever the shards' layout.
+
+        That is the columns, the recordings' and their episodes' digests, groups and splits, the
+        configuration without storage, and the seed of the order. Names and paths are left out.
+        """
+        recordings = [
+            entry.model_dump(include={"digest", "group", "split", "rows", "columns"})
+            for entry in self.recordings
+        ]
+        content = self.model_dump(
+            mode="json", include={"format", "columns", "group_key", "configuration", "order_seed"}
+        )
+        text = canonical_json({**content, "recordings": recordings}, indent=None)
+        return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def canonical_json(content: Mapping[str, Any], *, indent: int | None = 2) -> str:
+    """JSON with sorted keys; the same content gives the same text.
+
+    Raises:
+        ShardError: A NaN or an infinity, which JSON does not have.
+    """
+    separators = (",", ":") if indent is None else (",", ": ")
+    try:
+        return json.dumps(
+            content, sort_keys=True, indent=indent, separators=separators, allow_nan=False
+        )
+    except ValueError as error:
+        raise ShardError(f"{MANIFEST_NAME}: {error}; store null where a number is none.") from error
+
+
+def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
+    """Write ``dataset.json`` atomically, with its digest; the step that commits a dataset.
+
+    Returns:
+        The index with ``dataset_digest`` set.
+
+    Raises:
+        ShardError: It cannot be written, or holds numbers that JSON does not have.
+    """
+    committed = index.model_copy(update={"dataset_digest": index.content_digest()})
+    text = canonical_json(committed.model_dump(mode="json")) + "\n"
+    write_atomically(folder / MANIFEST_NAME, [text.encode("utf-8")])
+    return committed
+
+
+def read_index(folder: Path) -> DatasetIndex:
+    """Read and validate the ``dataset.json`` of a folder.
+
+    Raises:
+        ShardError: It is missing, not JSON, not valid (each fault with its key), or was edited so
+            that its digest no longer fits.
+    """
+    path = folder / MANIFEST_NAME
+    try:
+        if path.stat().st_size > _LARGEST_MANIFEST:
+            raise ShardError(f"{path}: larger than {_LARGEST_MANIFEST} bytes, so no manifest.")
+        content = json.loads(path.read_bytes())
+    except FileNotFoundError as error:
+        raise ShardError(
+            f"{path}: missing, so {folder} is no finished dataset. Give the folder that "
+            "`graspe dataset build` wrote, or run it again to finish."
+        ) from error
+    except OSError as error:
+        raise ShardError(f"{path}: cannot be read: {error.strerror}.") from error
+    except (ValueError, RecursionError) as error:
+        raise ShardError(f"{path}: not valid JSON: {error}. {_REBUILD}") from error
+    return _validated(path, content)
+
+
+_REBUILD = "Build the dataset again."
+
+
+def _validated(path: Path, content: Any) -> DatasetIndex:
+    if not isinstance(content, dict):
+        raise ShardError(f"{path}: expected a mapping, found {type(content).__name__}. {_REBUILD}")
+    try:
+        index = validate(content, DatasetIndex, str(path))
+    except ManifestError as error:
+        raise ShardError(f"{error}\n{_REBUILD}") from error
+    expected = index.content_digest()
+    if index.dataset_digest != expected:
+        raise ShardError(
+            f"{path}: was changed by hand or damaged: its content has the digest {expected}, "
+            f"it says {index.dataset_digest or 'none'}. {_REBUILD}"
+        )
+    return index

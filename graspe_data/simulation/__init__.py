@@ -1,0 +1,1 @@
+"""Worlds and sensors that write recordings."""

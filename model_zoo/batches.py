@@ -1,0 +1,137 @@
+"""Batches of a dataset as torch tensors, in an order that can be resumed and shared by ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch.utils.data import DataLoader, Sampler
+from torch.utils.data import Dataset as TorchDataset
+
+from graspe_data.errors import ShardError
+from graspe_data.shards import Dataset, EpochOrder
+from graspe_data.shards.epoch_order import Step, Tail
+
+Batch = dict[str, torch.Tensor]
+
+
+class BatchLoader:
+    """Iterate over one epoch of batches; the next iteration is the next epoch.
+
+    Each batch maps column names to tensors (batch_size, *shape) of the column's own dtype: pictures
+    stay uint8. The order is that of :class:`EpochOrder`, whatever the number of workers. Leaving
+    an epoch in the middle and iterating again goes on where it was left.
+
+    Attributes:
+        order: Who reads which rows when.
+        dataset: Where they come from.
+    """
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        batch_size: int,
+        *,
+        seed: int = 0,
+        rank: int = 0,
+        world_size: int = 1,
+        tail: Tail = "keep",
+        workers: int = 0,
+        pin_memory: bool | None = None,
+    ) -> None:
+        """Prepare to load, from the beginning of epoch 0.
+
+        Args:
+            dataset: A split, with the columns wanted, decoded.
+            batch_size: Rows a batch and a rank.
+            seed: Seed of the order.
+            rank: This process among those that share an epoch.
+            world_size: How many they are.
+            tail: What becomes of the last rows of an epoch: see :class:`EpochOrder`. Under
+                DistributedDataParallel take ``drop`` or ``pad``.
+            workers: Processes that read ahead; 0 reads in this one, at memory speed.
+            pin_memory: Page-locked batches; None takes them where there is a CUDA device.
+
+        Raises:
+            ShardError: A rank, batch size or empty split that makes no sense.
+        """
+        self.dataset = dataset
+        self.order = EpochOrder(
+            len(dataset), dataset.digest, seed, batch_size, rank, world_size, tail
+        )
+        self._position = 0
+        self._loader = DataLoader(
+            _Gather(dataset),
+            batch_size=None,
+            sampler=_Indices(self),
+            num_workers=workers,
+            persistent_workers=workers > 0,
+            collate_fn=_to_tensors,
+            pin_memory=torch.cuda.is_available() if pin_memory is None else pin_memory,
+        )
+
+    @property
+    def epoch(self) -> int:
+        """The epoch of the next batch, from 0."""
+        return self.order.epoch_of(self._position)
+
+    def __len__(self) -> int:
+        """Batches of a whole epoch."""
+        full, rest = divmod(self.order.rows, self.order.step_size)
+        return full + (rest > 0 and self.order.tail != "drop")
+
+    def __iter__(self) -> Iterator[Batch]:
+        """The batches from here to the end of the epoch."""
+        for step, batch in zip(self.steps(), self._loader, strict=True):
+            self._position = step.next_position
+            yield batch
+
+    def steps(self) -> Iterator[Step]:
+        """The steps from here to the end of the epoch, without reading a row."""
+        return self.order.epoch_steps(self._position)
+
+    def state(self) -> int:
+        """Samples consumed by all ranks: all there is to save, with ``dataset.digest``."""
+        return self._position
+
+    def resume(self, state: int, digest: str) -> None:
+        """Go on after ``state``, saved by a run with any number of ranks or workers.
+
+        Args:
+            state: What :meth:`state` returned.
+            digest: ``dataset.digest`` of then; where the dataset lies does not matter.
+
+        Raises:
+            ShardError: The dataset is another one, or the state is negative.
+        """
+        self.order.check_digest(digest)
+        if state < 0:
+            raise ShardError(f"state {state}: expected the samples consumed, 0 or more.")
+        self._position = state
+
+
+class _Gather(TorchDataset[dict[str, NDArray[np.generic]]]):
+    """A dataset whose items are batches."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
+
+    def __getitem__(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.generic]]:
+        return self._dataset.batch(indices)
+
+
+class _Indices(Sampler[NDArray[np.int64]]):
+    """The rows of the batches from the loader's position on."""
+
+    def __init__(self, loader: BatchLoader) -> None:
+        self._loader = loader
+
+    def __iter__(self) -> Iterator[NDArray[np.int64]]:
+        return (step.indices for step in self._loader.steps())
+
+
+def _to_tensors(batch: Any) -> Batch:
+    return {name: torch.from_numpy(array) for name, array in batch.items()}

@@ -1,0 +1,1 @@
+"""The stages from recordings to datasets, and the command line."""

@@ -1,0 +1,265 @@
+"""The main job: recordings to a dataset."""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import JsonValue
+
+from graspe_data.columns import Column
+from graspe_data.errors import ShardError, StageError
+from graspe_data.shards.dataset_manifest import (
+    MANIFEST_NAME,
+    DatasetIndex,
+    RecordingEntry,
+    ShardFile,
+    read_index,
+    write_index,
+)
+from pipelines.commit import only_builder, sweep
+from pipelines.dataset_settings import DatasetRecipe
+from pipelines.executors import Workers, run_all
+from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
+from pipelines.progress import Progress
+from pipelines.row_columns import row_columns
+from pipelines.splits import split_of
+from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_shards
+from pipelines.statistics import episode_statistics
+
+EPISODES = "episodes"
+SPLITS = ("train", "validation", "test")
+
+
+@dataclass(frozen=True)
+class BuildResult:
+    """What a build did: the committed index, and which recordings had work done now."""
+
+    index: DatasetIndex
+    worked_on: tuple[str, ...]
+    refused: tuple[Refusal, ...]
+
+
+def build_dataset(
+    recipe: DatasetRecipe,
+    recordings: Sequence[Path],
+    out: Path,
+    workers: Workers,
+    progress: Progress,
+) -> BuildResult:
+    """Build a dataset, or bring one up to date.
+
+    Args:
+        recipe: The dataset and robot manifests.
+        recordings: The recordings, see ``find_recordings``.
+        out: The dataset's folder.
+        workers: Where the work is done; the bytes are the same wherever it is.
+        progress: Is told of every finished recording and shard.
+
+    Raises:
+        StageError: No recording makes a row; or another build is at work in the folder.
+        ShardError: The disk refuses.
+    """
+    with only_builder(out):
+        sweep(out)
+        outcomes = list(_process(recipe, recordings, out, workers, progress))
+        episodes, refused = _sorted_out(outcomes)
+        if not any(episode.extracted.rows for episode in episodes):
+            raise StageError(_no_rows(episodes, refused))
+        entries = [_entry(recipe, episode) for episode in episodes]
+        entries += [_refused_entry(recipe, refusal) for refusal in refused]
+        columns = row_columns(recipe.dataset)
+        tasks = _shard_tasks(recipe, columns, episodes, entries, out)
+        shards = _make_shards(tasks, _earlier_shards(out), workers, progress)
+        index = write_index(out, _index(recipe, columns, entries, shards, episodes))
+        _prune(out, index, episodes)
+    worked_on = tuple(episode.path.name for episode in episodes if episode.done_now)
+    return BuildResult(index, worked_on, tuple(refused))
+
+
+def _process(
+    recipe: DatasetRecipe,
+    recordings: Sequence[Path],
+    out: Path,
+    workers: Workers,
+    progress: Progress,
+) -> Iterator[Episode | Refusal]:
+    tasks = [
+        RecordingTask(path.resolve(), recipe, (out / EPISODES).resolve()) for path in recordings
+    ]
+    progress.start("recordings", len(tasks))
+    for task, outcome in run_all(workers, process_recording, tasks):
+        outcome = outcome or Refusal(  # noqa: PLW2901
+            task.path,
+            "",
+            f"{task.path.name}: its worker process was killed, as when memory runs out.",
+        )
+        progress.advance(_told(outcome))
+        yield outcome
+
+
+def _told(outcome: Episode | Refusal) -> str:
+    if isinstance(outcome, Refusal):
+        return f"{outcome.path.name}: refused: {outcome.reason}"
+    record = outcome.extracted
+    lost = "; ".join(f"{count} lost: {reason}" for reason, count in record.lost.items())
+    state = "" if outcome.done_now else ", up to date"
+    return f"{outcome.path.name}: {record.rows} rows{state}" + (f"; {lost}" if lost else "")
+
+
+def _sorted_out(outcomes: Iterable[Episode | Refusal]) -> tuple[list[Episode], list[Refusal]]:
+    """Episodes by digest and refusals by name; of the same recording given twice, one."""
+    episodes: dict[str, Episode] = {}
+    refused: list[Refusal] = []
+    for outcome in sorted(outcomes, key=lambda outcome: (outcome.digest, outcome.path.name)):
+        if isinstance(outcome, Refusal):
+            refused.append(outcome)
+        elif outcome.digest in episodes:
+            first = episodes[outcome.digest].path.name
+            reason = f"{outcome.path.name}: the same recording as {first}; it counts once."
+            refused.append(Refusal(outcome.path, outcome.digest, reason))
+        else:
+            episodes[outcome.digest] = outcome
+    return list(episodes.values()), refused
+
+
+def _no_rows(episodes: Sequence[Episode], refused: Sequence[Refusal]) -> str:
+    reasons = [f"  {refusal.reason}" for refusal in refused]
+    reasons += [f"  {_told(episode)}" for episode in episodes]
+    return "No recording makes a row, so no dataset is written:\n" + "\n".join(reasons)
+
+
+def _entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
+    group, split = split_of(episode.path.name, recipe.dataset.split, recipe.dataset.seed)
+    extracted, labelled = episode.extracted, episode.labelled
+    losses = [loss.model_dump(mode="json") for loss in extracted.losses]
+    details: dict[str, JsonValue] = {
+        "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
+        "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
+        "offsets_ns": dict(extracted.offsets_ns),
+        "damage": [dict(loss) for loss in losses],
+        "annotated": labelled.annotated,
+        "events": dict(labelled.events),
+        "not_judged": dict(labelled.unavailable),
+        "statistics": episode_statistics(episode),
+    }
+    return RecordingEntry(
+        name=episode.path.name,
+        digest=episode.digest,
+        group=group,
+        split=split if extracted.rows else None,
+        rows=extracted.rows,
+        losses=extracted.lost,
+        columns={k: v for record in episode.records.values() for k, v in record.columns.items()},
+        stages={stage: record.key for stage, record in episode.records.items()},
+        details=details,
+    )
+
+
+def _refused_entry(recipe: DatasetRecipe, refusal: Refusal) -> RecordingEntry:
+    group, _ = split_of(refusal.path.name, recipe.dataset.split, recipe.dataset.seed)
+    return RecordingEntry(
+        name=refusal.path.name,
+        digest=refusal.digest,
+        group=group,
+        details={"refused": refusal.reason.replace(str(refusal.path), refusal.path.name)},
+    )
+
+
+def _shard_tasks(
+    recipe: DatasetRecipe,
+    columns: Sequence[Column],
+    episodes: Sequence[Episode],
+    entries: Sequence[RecordingEntry],
+    out: Path,
+) -> dict[str, list[ShardTask]]:
+    sources = [
+        EpisodeSource(number, episode.extracted.rows, episode.folders)
+        for number, episode in enumerate(episodes)
+    ]
+    dataset = recipe.dataset
+    tasks: dict[str, list[ShardTask]] = {}
+    for split in SPLITS:
+        chosen = [
+            source for source, entry in zip(sources, entries, strict=False) if entry.split == split
+        ]
+        tasks[split] = list(
+            plan_shards(
+                out.resolve(), split, columns, chosen, dataset.storage.rows_per_shard, dataset.seed
+            )
+        )
+    return tasks
+
+
+def _earlier_shards(out: Path) -> dict[str, ShardFile]:
+    """The shards that an earlier build committed and that are still there, by path."""
+    if not (out / MANIFEST_NAME).is_file():
+        return {}
+    try:
+        index = read_index(out)
+    except ShardError:
+        return {}
+    committed = (shard for split in index.splits.values() for shard in split)
+    return {
+        shard.path: shard
+        for shard in committed
+        if (out / shard.path).is_file() and (out / shard.path).stat().st_size == shard.bytes
+    }
+
+
+def _make_shards(
+    tasks: dict[str, list[ShardTask]],
+    earlier: dict[str, ShardFile],
+    workers: Workers,
+    progress: Progress,
+) -> dict[str, list[ShardFile]]:
+    missing = [task for split in tasks.values() for task in split if task.path not in earlier]
+    made = dict(earlier)
+    progress.start("shards", len(missing))
+    for task, shard in run_all(workers, make_shard, missing):
+        if shard is None:
+            raise StageError(
+                f"{task.path}: its worker process was killed, as when memory runs out: lower "
+                f"`storage.rows_per_shard` or use fewer workers."
+            )
+        made[task.path] = shard
+        progress.advance(f"{task.path}: {shard.rows} rows, {shard.bytes / 1e6:.1f} MB")
+    return {split: [made[task.path] for task in listed] for split, listed in tasks.items()}
+
+
+def _index(
+    recipe: DatasetRecipe,
+    columns: Sequence[Column],
+    entries: Sequence[RecordingEntry],
+    shards: dict[str, list[ShardFile]],
+    episodes: Sequence[Episode],
+) -> DatasetIndex:
+    dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"})
+    losses = sum((Counter(episode.extracted.lost) for episode in episodes), Counter[str]())
+    return DatasetIndex(
+        name=recipe.dataset.name,
+        columns=tuple(columns),
+        group_key="recordings and declared groups",
+        splits=shards,
+        recordings=list(entries),
+        losses=dict(losses),
+        configuration={"dataset": dataset, "robot": recipe.robot.model_dump(mode="json")},
+        storage=recipe.dataset.storage.model_dump(mode="json"),
+        order_seed=recipe.dataset.seed,
+    )
+
+
+def _prune(out: Path, index: DatasetIndex, episodes: Sequence[Episode]) -> None:
+    """Remove shards and stages that the committed dataset does not refer to."""
+    kept = {out / shard.path for split in index.splits.values() for shard in split}
+    for path in (out / "shards").glob("*.npz"):
+        if path not in kept:
+            path.unlink()
+    for episode in episodes:
+        current = set(episode.folders.values())
+        for folder in next(iter(current)).parent.iterdir():
+            if folder not in current:
+                shutil.rmtree(folder)

@@ -1,0 +1,35 @@
+"""The command ``graspe``."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from graspe_data.errors import GraspeError
+from pipelines.commands import dataset, demo, labels, recordings
+
+app = typer.Typer(
+    name="graspe",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Raw robot recordings to a dataset you can trust.",
+)
+recordings.register(app)
+app.add_typer(dataset.app, name="dataset")
+app.add_typer(labels.app, name="label")
+app.command()(demo.demo)
+
+
+def main() -> None:
+    """Run the command line; a user's mistake is one clear text and exit code 1."""
+    try:
+        app()
+    except GraspeError as error:
+        sys.stderr.write(f"graspe: {error}\n")
+        sys.exit(1)
+    except KeyboardInterrupt:
+        sys.stderr.write("graspe: stopped. Run the same command again to go on where it stopped.\n")
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(141)

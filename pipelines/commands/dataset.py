@@ -1,0 +1,146 @@
+"""``graspe dataset``: build, info, verify, report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graspe_data.errors import ShardError
+from graspe_data.recordings.discovery import find_recordings
+from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.verify import verify_dataset
+from pipelines.build import BuildResult, build_dataset
+from pipelines.dataset_settings import load_recipe
+from pipelines.executors import Workers, one_thread
+from pipelines.progress import ConsoleProgress
+from pipelines.rederive import rederive_rows
+from pipelines.report import write_report
+
+app = typer.Typer(no_args_is_help=True, help="Build, describe and check datasets.")
+
+SOME_REFUSED = 3
+FAULTY = 2
+
+Folder = Annotated[Path, typer.Argument(help="The dataset's folder.", show_default=False)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Recordings = Annotated[
+    list[Path], typer.Option("--recordings", "-r", help="Recordings, or folders of them.")
+]
+
+
+@app.command()
+def build(
+    manifest: Annotated[str, typer.Argument(help="A dataset manifest: a path or a shipped name.")],
+    recordings: Recordings,
+    out: Annotated[Path, typer.Option(help="The dataset's folder.")],
+    workers: Annotated[int, typer.Option(min=1, help="Local worker processes.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(help="A Dask scheduler, such as tcp://host:8786.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a dataset from recordings; run again, it does only what changed.
+
+    Exit code 0: every recording was read; 3: the dataset is made, but some were refused.
+    """
+    one_thread()
+    recipe = load_recipe(manifest)
+    found = find_recordings(recordings)
+    with ConsoleProgress(Console(stderr=True)) as progress:
+        result = build_dataset(recipe, found, out, Workers(workers, scheduler), progress)
+    if as_json:
+        typer.echo(json.dumps(_build_json(result), indent=2))
+    else:
+        _print_build(result, out)
+    raise typer.Exit(SOME_REFUSED if result.refused else 0)
+
+
+@app.command()
+def info(folder: Folder, as_json: AsJson = False) -> None:
+    """Say what a dataset holds."""
+    index = read_index(folder)
+    if as_json:
+        typer.echo(index.model_dump_json(indent=2))
+    else:
+        _print_index(index)
+
+
+@app.command()
+def verify(
+    folder: Folder,
+    against_bags: Annotated[
+        int, typer.Option(min=0, help="Derive so many random rows again from the recordings.")
+    ] = 0,
+    recordings: Recordings = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(help="Seed of the choice of rows.")] = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Check every digest of a dataset, and rows against the recordings they came from."""
+    faults = [str(fault) for fault in verify_dataset(folder)]
+    checked = 0
+    if against_bags:
+        one_thread()
+        if not recordings:
+            raise ShardError("--against-bags needs --recordings: where do the recordings lie now?")
+        result = rederive_rows(folder, find_recordings(recordings), against_bags, seed)
+        checked, faults = result.rows, faults + list(result.faults)
+    if as_json:
+        typer.echo(json.dumps({"faults": faults, "rows_derived_again": checked}, indent=2))
+    else:
+        for fault in faults:
+            typer.echo(fault)
+        again = f", {checked} rows derived again from the recordings" if against_bags else ""
+        typer.echo(f"{folder}: {len(faults)} faults{again}.")
+    raise typer.Exit(FAULTY if faults else 0)
+
+
+@app.command()
+def report(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(help="The page; report.html in the folder.")] = None,
+) -> None:
+    """Write a page about a dataset: balance, losses, ages, reliabilities, sample rows."""
+    page = out or folder / "report.html"
+    write_report(folder, page)
+    typer.echo(f"{page}")
+
+
+def _build_json(result: BuildResult) -> dict[str, object]:
+    return {
+        "dataset_digest": result.index.dataset_digest,
+        "rows": {split: result.index.rows(split) for split in result.index.splits},
+        "lost": result.index.losses,
+        "worked_on": list(result.worked_on),
+        "refused": {refusal.path.name: refusal.reason for refusal in result.refused},
+    }
+
+
+def _print_build(result: BuildResult, out: Path) -> None:
+    _print_index(result.index)
+    for refusal in result.refused:
+        typer.echo(f"refused: {refusal.reason}")
+    typer.echo(f"{out}: see it with: graspe dataset report {out}")
+
+
+def _print_index(index: DatasetIndex) -> None:
+    table = Table("recording", "split", "group", "rows", "lost", "failing", title=index.name)
+    for entry in index.recordings:
+        statistics = entry.details.get("statistics")
+        failing = statistics.get("rows_failing", "") if isinstance(statistics, dict) else ""
+        lost = "; ".join(f"{count} {reason}" for reason, count in entry.losses.items())
+        refused = "refused" if "refused" in entry.details else (entry.split or "no rows")
+        table.add_row(entry.name, refused, entry.group, str(entry.rows), lost or "-", str(failing))
+    Console().print(table)
+    rows = ", ".join(f"{split} {index.rows(split)}" for split in index.splits)
+    typer.echo(f"rows: {rows}; digest {index.dataset_digest}")
+    empty = [split for split in index.splits if not index.rows(split)]
+    if empty:
+        typer.echo(
+            f"no rows in: {', '.join(empty)}. Splits are drawn by group; with few groups, declare "
+            f"them under split.groups."
+        )

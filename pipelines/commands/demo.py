@@ -1,0 +1,33 @@
+"""``graspe demo``: the whole way on recordings that it writes itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from pipelines.demo import run_demo
+from pipelines.executors import Workers, one_thread
+from pipelines.progress import ConsoleProgress
+from pipelines.report import write_report
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Where everything is written.")] = Path("demo"),
+    workers: Annotated[int, typer.Option(min=1, help="Local worker processes.")] = 2,
+) -> None:
+    """Write recordings in all three containers, build a dataset of them and a report."""
+    one_thread()
+    with ConsoleProgress(Console(stderr=True)) as progress:
+        result = run_demo(out, Workers(workers), progress)
+    dataset = out / "dataset"
+    page = dataset / "report.html"
+    write_report(dataset, page)
+    rows = ", ".join(f"{split} {result.index.rows(split)}" for split in result.index.splits)
+    typer.echo(
+        f"recordings: {out / 'recordings'}\ndataset:    {dataset} ({rows} rows)\nreport:     {page}\n"
+        f"Next: graspe inspect {out / 'recordings'}; graspe dataset verify {dataset} "
+        f"--against-bags 20 --recordings {out / 'recordings'}"
+    )

@@ -1,0 +1,75 @@
+"""Folders of files that appear whole or not at all, and what a killed run leaves behind."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from graspe_data.errors import StageError
+from graspe_data.shards.atomic_file import PARTIAL_SUFFIX
+
+
+@contextmanager
+def committed_folder(target: Path) -> Iterator[Path]:
+    """Yield a temporary folder that becomes ``target`` when the block ends without an error.
+
+    Where another process commits the same target first, its folder stays: the same key gives the
+    same bytes.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.parent / f".{target.name}.{uuid.uuid4().hex[:8]}{PARTIAL_SUFFIX}"
+    partial.mkdir()
+    try:
+        yield partial
+        for path in sorted(partial.iterdir()):
+            _sync(path)
+        _sync(partial)
+        if not target.exists():
+            partial.rename(target)
+        _sync(target.parent)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def sweep(folder: Path) -> None:
+    """Remove what a killed run left under temporary names."""
+    for path in list(folder.rglob(f".*{PARTIAL_SUFFIX}")):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+@contextmanager
+def only_builder(folder: Path) -> Iterator[None]:
+    """Hold a folder for one build; the lock ends with the process, however it ends.
+
+    Raises:
+        StageError: Another build is at work in the folder.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(handle)
+        raise StageError(
+            f"{folder}: another build is at work in this folder. Wait for it, or give another --out."
+        ) from error
+    try:
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,179 @@
+"""The dataset manifest: every knob between recordings and shards, with its default."""
+
+from __future__ import annotations
+
+import fnmatch
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from graspe_data.columns import Codec
+from graspe_data.manifest import Settings, find_manifest, load_manifest
+from graspe_data.observation.image_reliability import ImageReliabilitySettings
+from graspe_data.observation.labels import LabelSettings, ProposalSettings, Unreviewed
+from graspe_data.observation.laser_scan import LaserScanSettings
+from graspe_data.observation.observe_points import PointObservationSettings
+from graspe_data.observation.point_reliability import PointReliabilitySettings
+from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.recordings.clocks import ClockSettings
+from graspe_data.recordings.synchronisation import SynchronisationSettings
+from graspe_data.robot import Robot
+
+Split = Literal["train", "validation", "test"]
+OptionalColumn = Literal["smoothness"]
+Count = Annotated[int, Field(ge=1)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class ImageSettings(Settings):
+    """The size of the stored picture."""
+
+    width: Annotated[int, Field(ge=16, le=4096)] = 320
+    height: Annotated[int, Field(ge=16, le=4096)] = 240
+
+
+class PointSettings(Settings):
+    """How a cloud is observed; what the robot decides stands in the robot's manifest."""
+
+    neighbours: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Of equation (3), to each side on the ring."""
+    sample: PointSampleSettings = PointSampleSettings()
+    laser_scan: LaserScanSettings = LaserScanSettings()
+
+
+class HorizonSettings(Settings):
+    """The constant-velocity arc that a row is about."""
+
+    steps: Annotated[int, Field(ge=1, le=1000)] = 10
+    step_s: Annotated[float, Field(gt=0)] = 0.3
+
+
+class WindowSettings(Settings):
+    """The velocity history and the tolerances of synchronisation."""
+
+    anchor_rate: Annotated[float, Field(gt=0)] = 10.0
+    history_steps: Annotated[int, Field(ge=1, le=10_000)] = 50
+    history_step_s: Annotated[float, Field(gt=0)] = 0.1
+    points_tolerance_s: Annotated[float, Field(ge=0)] = 0.1
+    odometry_gap_s: Annotated[float, Field(gt=0)] = 0.25
+    points_required: bool = True
+
+
+class LabelRules(Settings):
+    """What the labels leave unjudged, and what becomes of proposals that nobody reviewed."""
+
+    maximum_deviation: Annotated[float, Field(gt=0)] = 0.5
+    """Metres between the driven path and the predicted arc, at equal times."""
+    maximum_gap_s: Annotated[float, Field(gt=0)] = 0.5
+    unreviewed: Unreviewed = "take"
+
+
+class Group(Settings):
+    """Recordings that belong together (a day, a place, a world), and their split if declared."""
+
+    name: str
+    recordings: tuple[str, ...]
+    """Patterns of recording names, as in a shell."""
+    split: Split | None = None
+
+
+class SplitSettings(Settings):
+    """Splits are by group, never by row; a group without a split draws one from its name."""
+
+    train: Share = 0.8
+    validation: Share = 0.1
+    test: Share = 0.1
+    groups: tuple[Group, ...] = ()
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        total = self.train + self.validation + self.test
+        if abs(total - 1.0) > 1e-6:  # noqa: PLR2004
+            raise ValueError(f"train + validation + test is {total:g}, and must be 1")
+        return self
+
+    def group_of(self, recording: str) -> Group:
+        """The declared group of a recording; a recording in none is its own group."""
+        for group in self.groups:
+            if any(fnmatch.fnmatchcase(recording, pattern) for pattern in group.recordings):
+                return group
+        return Group(name=recording, recordings=(recording,))
+
+
+class StorageSettings(Settings):
+    """How rows lie on disk; changes no content."""
+
+    rows_per_shard: Annotated[int, Field(ge=1, le=65_536)] = 256
+    image_codec: Literal["raw", "png"] = "raw"
+    optional_columns: tuple[OptionalColumn, ...] = ()
+
+
+class DatasetManifest(Settings):
+    """What a dataset is made of and how. Every field is a knob; the defaults are the paper's."""
+
+    name: str
+    robot: str
+    """A robot manifest: the name of one that ships, or a path beside this file."""
+    seed: int = 0
+    window: WindowSettings = WindowSettings()
+    horizon: HorizonSettings = HorizonSettings()
+    image: ImageSettings = ImageSettings()
+    points: PointSettings = PointSettings()
+    image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
+    point_reliability: PointReliabilitySettings = PointReliabilitySettings()
+    proposals: ProposalSettings = ProposalSettings()
+    labels: LabelRules = LabelRules()
+    clocks: ClockSettings = ClockSettings()
+    split: SplitSettings = SplitSettings()
+    storage: StorageSettings = StorageSettings()
+
+    @property
+    def synchronisation(self) -> SynchronisationSettings:
+        """The window with the horizon's length."""
+        length = self.horizon.steps * self.horizon.step_s
+        return SynchronisationSettings(**self.window.model_dump(), horizon_s=length)
+
+    @property
+    def label_settings(self) -> LabelSettings:
+        """The label rules with the horizon."""
+        limits = self.labels.model_dump(exclude={"unreviewed"})
+        return LabelSettings(**self.horizon.model_dump(), **limits)
+
+    @property
+    def image_codec(self) -> Codec:
+        """The codec of the image column."""
+        return self.storage.image_codec
+
+
+class DatasetRecipe(Settings):
+    """A dataset manifest with its robot resolved: all that the stages need to know."""
+
+    dataset: DatasetManifest
+    robot: Robot
+
+    @property
+    def point_observation(self) -> PointObservationSettings:
+        """How the robot's clouds are observed."""
+        points, lidar = self.dataset.points, self.robot.lidar
+        return PointObservationSettings(
+            neighbours=points.neighbours,
+            sample=points.sample,
+            laser_scan=points.laser_scan,
+            rings=lidar.rings,
+            intensity_maximum=lidar.intensity_maximum,
+            minimum_range=lidar.minimum_range,
+            base_height=self.robot.base_height,
+        )
+
+
+def load_recipe(name: str | Path) -> DatasetRecipe:
+    """Load a dataset manifest, by path or by shipped name, and the robot that it names.
+
+    Raises:
+        ManifestError: Either manifest is missing or does not validate.
+    """
+    path = find_manifest("datasets", name)
+    dataset = load_manifest(path, DatasetManifest)
+    robot_path = find_manifest("robots", dataset.robot, beside=path.parent)
+    return DatasetRecipe(dataset=dataset, robot=load_manifest(robot_path, Robot))

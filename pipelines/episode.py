@@ -1,0 +1,129 @@
+"""The columns of one recording between stages: one plain ``.npy`` a column, written row by row."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.columns import Column
+from graspe_data.errors import StageError
+
+
+class ColumnFile:
+    """A ``.npy`` file whose rows are written in any order, a row in memory at a time."""
+
+    def __init__(self, folder: Path, column: Column, rows: int) -> None:
+        """Create the file with a header for ``rows`` rows."""
+        self.column, self.rows = column, rows
+        self._dtype = np.dtype(column.dtype)
+        self._file = (folder / f"{column.name}.npy").open("w+b")
+        self._write_header(rows)
+        self._start = self._file.tell()
+        self._file.truncate(self._start + rows * column.row_bytes)
+        self._file.flush()
+
+    def write(self, row: int, values: NDArray[np.generic] | float) -> None:
+        """Write one row, or several that follow one another."""
+        array = np.ascontiguousarray(values, self._dtype)
+        if array.nbytes % self.column.row_bytes or not 0 <= row < self.rows:
+            raise StageError(
+                f"column {self.column.name}: row {row} of shape {array.shape} does not fit "
+                f"{self.rows} rows of {self.column.stored_shape}."
+            )
+        os.pwrite(self._file.fileno(), array.data, self._offset(row))
+
+    def keep(self, rows: NDArray[np.intp]) -> None:
+        """Drop all rows but these, which must ascend."""
+        descriptor, size = self._file.fileno(), self.column.row_bytes
+        for target, row in enumerate(rows.tolist()):
+            if target != row:
+                os.pwrite(
+                    descriptor, os.pread(descriptor, size, self._offset(row)), self._offset(target)
+                )
+        self.rows = int(rows.size)
+        self._file.seek(0)
+        self._write_header(self.rows)
+        self._file.truncate(self._offset(self.rows))
+
+    def digest(self) -> str:
+        """SHA-256 of the file."""
+        self._file.flush()
+        self._file.seek(0)
+        return hashlib.file_digest(self._file, "sha256").hexdigest()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _offset(self, row: int) -> int:
+        return self._start + row * self.column.row_bytes
+
+    def _write_header(self, rows: int) -> None:
+        header = {
+            "descr": np.lib.format.dtype_to_descr(self._dtype),
+            "fortran_order": False,
+            "shape": (rows, *self.column.stored_shape),
+        }
+        np.lib.format.write_array_header_1_0(self._file, header)
+
+
+class EpisodeWriter:
+    """The column files of one stage of one recording."""
+
+    def __init__(self, folder: Path, columns: Iterable[Column], rows: int) -> None:
+        """Create a file for each column."""
+        self.rows = rows
+        self._files = {column.name: ColumnFile(folder, column, rows) for column in columns}
+
+    def write(self, row: int, values: Mapping[str, NDArray[np.generic] | float]) -> None:
+        """Write the named columns of one row."""
+        for name, value in values.items():
+            self._files[name].write(row, value)
+
+    def write_all(self, name: str, values: NDArray[np.generic]) -> None:
+        """Write a whole column."""
+        if self.rows:
+            self._files[name].write(0, values)
+
+    def keep(self, rows: NDArray[np.intp]) -> None:
+        """Drop all rows but these from every column."""
+        self.rows = int(rows.size)
+        for file in self._files.values():
+            file.keep(rows)
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of each column's file."""
+        return {name: file.digest() for name, file in sorted(self._files.items())}
+
+    def __enter__(self) -> Self:
+        """Use as a context manager."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close all files."""
+        for file in self._files.values():
+            file.close()
+
+
+def map_column(folder: Path, name: str) -> NDArray[np.generic]:
+    """Map a column of a finished stage, read-only."""
+    path = folder / f"{name}.npy"
+    try:
+        mapped: NDArray[np.generic] = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError) as error:
+        raise StageError(
+            f"{path}: cannot be mapped: {error}. Delete {folder} and build again."
+        ) from error
+    return mapped

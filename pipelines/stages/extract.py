@@ -1,0 +1,136 @@
+"""Extract: a recording to the sensor columns of its rows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.geometry import Transform
+from graspe_data.manifest import Settings
+from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.recording import open_recording
+from graspe_data.recordings.synchronisation import RowPlan
+from graspe_data.recordings.synchronised import synchronise
+from graspe_data.robot import Intrinsics
+from pipelines.dataset_settings import DatasetRecipe
+from pipelines.episode import EpisodeWriter
+from pipelines.motion_files import motion_series, write_motion
+from pipelines.row_columns import extract_columns
+from pipelines.stage import StageRecord, stage_key, write_record
+from pipelines.stages.second_pass import SecondPass
+
+VERSION = 1
+
+
+class LossRecord(Settings):
+    """What a damaged recording no longer yields; see ``graspe_data.recordings.Loss``."""
+
+    reason: str
+    topic: str | None
+    messages: int | None
+    seconds: float | None
+
+
+class ExtractRecord(StageRecord):
+    """The record of an extract stage."""
+
+    recording: str
+    lost: dict[str, int]
+    losses: tuple[LossRecord, ...]
+    offsets_ns: dict[str, int]
+    camera: Intrinsics | None = None
+    """Of the stored picture."""
+    base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    """Rotation, row by row, and translation."""
+
+
+def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
+    """The key of the extract stage: whatever can change a byte of it."""
+    dataset, robot = recipe.dataset, recipe.robot
+    return stage_key(
+        "extract",
+        VERSION,
+        recording=recording_digest,
+        seed=dataset.seed,
+        window=dataset.synchronisation.model_dump(mode="json"),
+        image=dataset.image.model_dump(mode="json"),
+        points=dataset.points.model_dump(mode="json"),
+        clocks=dataset.clocks.model_dump(mode="json"),
+        robot=robot.model_dump(mode="json", exclude={"name", "limits", "footprint"}),
+    )
+
+
+def extract(
+    source: Path,
+    recording_digest: str,
+    recipe: DatasetRecipe,
+    folder: Path,
+    only: NDArray[np.int64] | None = None,
+) -> ExtractRecord:
+    """Write the extract columns of a recording into a folder.
+
+    Args:
+        source: The recording.
+        recording_digest: Its digest; seeds the sampling of points.
+        recipe: The dataset and robot manifests.
+        folder: An empty folder.
+        only: Stamps of the anchors to make rows of; None for all.
+
+    Raises:
+        RecordingError: The recording cannot be opened or synchronised, or lacks calibration.
+    """
+    with open_recording(source) as recording:
+        synchronised = synchronise(
+            recording, recipe.robot, recipe.dataset.clocks, recipe.dataset.synchronisation
+        )
+        plan = synchronised.plan
+        wanted = np.ones(plan.rows, np.bool_) if only is None else np.isin(plan.anchor_ns, only)
+        reading = SecondPass(recording, synchronised, recipe, recording_digest, wanted)
+        columns = extract_columns(recipe.dataset)
+        with EpisodeWriter(folder, columns, plan.rows) as writer:
+            _write_planned(writer, plan)
+            lost = reading.run(writer)
+            digests = writer.digests()
+            rows = writer.rows
+        write_motion(folder, motion_series(synchronised, recipe.robot.base_frame))
+        losses = dict.fromkeys((*synchronised.tracks.losses, *recording.losses))
+    record = ExtractRecord(
+        stage="extract",
+        key=extract_key(recipe, recording_digest),
+        rows=rows,
+        columns=digests,
+        recording=source.name,
+        lost=dict(sorted((Counter(plan.lost) + lost).items())),
+        losses=tuple(_loss_record(loss) for loss in losses),
+        offsets_ns=synchronised.offsets_ns,
+        camera=reading.rectifier.intrinsics if reading.rectifier else None,
+        base_from_camera=_flat(reading.base_from_camera),
+    )
+    write_record(folder, record)
+    return record
+
+
+def _loss_record(loss: Loss) -> LossRecord:
+    return LossRecord(
+        reason=loss.reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds
+    )
+
+
+def _flat(transform: Transform | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    if transform is None:
+        return None
+    return tuple(transform.rotation.ravel().tolist()), tuple(transform.translation.tolist())
+
+
+def _write_planned(writer: EpisodeWriter, plan: RowPlan) -> None:
+    """Write the columns that the plan alone decides."""
+    writer.write_all("velocity_history", plan.history.velocity.astype(np.float32))
+    writer.write_all("stamp_ns", plan.anchor_ns)
+    writer.write_all("points_age_ns", plan.points_age_ns)
+    writer.write_all("odometry_age_ns", plan.now.age_ns)
+    writer.write_all("odometry_valid", np.ones(plan.rows, np.bool_))
+    writer.write_all("points_valid", plan.points >= 0)
+    writer.write_all("pose", plan.now.pose)

@@ -1,0 +1,99 @@
+"""Label: an episode's motion and what people said about it to success vectors."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from graspe_data.observation.labels import (
+    Annotation,
+    annotation_path,
+    decide,
+    label_rows,
+    propose,
+    read_annotation,
+)
+from pipelines.dataset_settings import DatasetManifest
+from pipelines.episode import EpisodeWriter, map_column
+from pipelines.motion_files import read_motion
+from pipelines.row_columns import label_columns
+from pipelines.stage import StageRecord, canonical_json, stage_key, write_record
+from pipelines.stages.extract import ExtractRecord
+
+VERSION = 1
+
+
+class LabelRecord(StageRecord):
+    """The record of a label stage: how many failures of each sort, and what was not judged."""
+
+    annotated: bool
+    events: dict[str, int]
+    unavailable: dict[str, str]
+
+
+def find_annotation(recording: Path, recording_digest: str) -> Annotation | None:
+    """The labels file beside a recording, if there is one.
+
+    Raises:
+        ManifestError: The file does not validate, or belongs to another recording.
+    """
+    path = annotation_path(recording)
+    return read_annotation(path, recording_digest) if path.is_file() else None
+
+
+def label_key(
+    manifest: DatasetManifest, extracted: ExtractRecord, annotation: Annotation | None
+) -> str:
+    """The key of the label stage: the extract stage, the rules, and what the annotation says."""
+    said = canonical_json(annotation.model_dump(mode="json")) if annotation else b""
+    return stage_key(
+        "label",
+        VERSION,
+        extract=extracted.key,
+        annotation=hashlib.sha256(said).hexdigest(),
+        proposals=manifest.proposals.model_dump(mode="json"),
+        labels=manifest.labels.model_dump(mode="json"),
+        horizon=manifest.horizon.model_dump(mode="json"),
+    )
+
+
+def label(
+    manifest: DatasetManifest,
+    extracted: ExtractRecord,
+    annotation: Annotation | None,
+    episode: Path,
+    folder: Path,
+) -> LabelRecord:
+    """Write the label columns of an episode.
+
+    Args:
+        manifest: The dataset manifest.
+        extracted: The record of the extract stage.
+        annotation: What people said, or None.
+        episode: The folder of the extract stage.
+        folder: An empty folder.
+
+    Raises:
+        ObservationError: Proposals nobody reviewed, and the manifest says ``unreviewed: fail``.
+    """
+    series = read_motion(episode)
+    proposals = propose(series, manifest.proposals)
+    decided = decide(proposals, annotation, manifest.labels.unreviewed)
+    anchors = map_column(episode, "stamp_ns").astype("int64")
+    labels = label_rows(anchors, series.odometry, decided, manifest.label_settings)
+    with EpisodeWriter(folder, label_columns(manifest), extracted.rows) as writer:
+        writer.write_all("success", labels.success)
+        writer.write_all("success_mask", labels.mask)
+        writer.write_all("label_source", labels.source)
+        digests = writer.digests()
+    record = LabelRecord(
+        stage="label",
+        key=label_key(manifest, extracted, annotation),
+        rows=extracted.rows,
+        columns=digests,
+        annotated=annotation is not None,
+        events=decided.counts,
+        unavailable={str(kind): reason for kind, reason in proposals.unavailable.items()},
+    )
+    write_record(folder, record)
+    return record

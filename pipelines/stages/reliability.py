@@ -1,0 +1,55 @@
+"""Reliability: equations (1) to (5) on the pictures and points of an episode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from graspe_data.observation.image_reliability import image_reliability
+from graspe_data.observation.point_reliability import point_reliability
+from pipelines.dataset_settings import DatasetManifest
+from pipelines.episode import EpisodeWriter, map_column
+from pipelines.row_columns import reliability_columns
+from pipelines.stage import StageRecord, stage_key, write_record
+from pipelines.stages.extract import ExtractRecord
+
+VERSION = 1
+
+
+def reliability_key(manifest: DatasetManifest, extracted: ExtractRecord) -> str:
+    """The key of the reliability stage."""
+    return stage_key(
+        "reliability",
+        VERSION,
+        extract=extracted.key,
+        image=manifest.image_reliability.model_dump(mode="json"),
+        points=manifest.point_reliability.model_dump(mode="json"),
+    )
+
+
+def reliability(
+    manifest: DatasetManifest, extracted: ExtractRecord, episode: Path, folder: Path
+) -> StageRecord:
+    """Write the reliability columns of an episode.
+
+    Args:
+        manifest: The dataset manifest.
+        extracted: The record of the extract stage.
+        episode: The folder of the extract stage.
+        folder: An empty folder.
+    """
+    images, smoothness = map_column(episode, "image"), map_column(episode, "smoothness")
+    counts = map_column(episode, "point_count")
+    with EpisodeWriter(folder, reliability_columns(), extracted.rows) as writer:
+        for row in range(extracted.rows):
+            picture = image_reliability(images[row], manifest.image_reliability)
+            cloud = point_reliability(smoothness[row, : counts[row]], manifest.point_reliability)
+            writer.write(row, {**vars(picture), **vars(cloud)})
+        digests = writer.digests()
+    record = StageRecord(
+        stage="reliability",
+        key=reliability_key(manifest, extracted),
+        rows=extracted.rows,
+        columns=digests,
+    )
+    write_record(folder, record)
+    return record

@@ -1,0 +1,168 @@
+"""The second pass over a recording: decode what the plan asks for, write it where it belongs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import RecordingError
+from graspe_data.geometry import Transform
+from graspe_data.observation.observe_points import observe_points
+from graspe_data.observation.point_sample import row_seed
+from graspe_data.observation.undistortion import Rectifier, rectifier
+from graspe_data.recordings.decoding import decode_image
+from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.messages import RawMessage
+from graspe_data.recordings.recording import Recording
+from graspe_data.recordings.sensor_data import Picture, PointCloud
+from graspe_data.recordings.synchronised import SynchronisedRecording
+from graspe_data.robot import Intrinsics, Mounting
+from pipelines.dataset_settings import DatasetRecipe
+from pipelines.episode import EpisodeWriter
+
+Values = Mapping[str, NDArray[np.generic] | float]
+Mask = NDArray[np.bool_]
+
+
+class SecondPass:
+    """Fills the picture and cloud columns of the wanted rows of one recording."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        synchronised: SynchronisedRecording,
+        recipe: DatasetRecipe,
+        recording_digest: str,
+        wanted: Mask,
+    ) -> None:
+        """Prepare the calibration and the rows that wait for each message.
+
+        Raises:
+            RecordingError: Rows are wanted and there is no calibration.
+        """
+        self.recording, self.recipe, self.digest = recording, recipe, recording_digest
+        self.synchronised, self.wanted = synchronised, wanted
+        self.rectifier: Rectifier | None = self._rectifier() if wanted.any() else None
+        self.base_from_camera: Transform | None = None
+        plan, topics = synchronised.plan, recipe.robot.topics
+        self._waiting = {
+            topics.image: _rows_by_ordinal(plan.image, wanted),
+            topics.points: _rows_by_ordinal(plan.points, wanted),
+        }
+        kind = recording.topics[topics.points].message_type
+        self._decode_points = cloud_decoder(kind, topics.points, recipe.robot.lidar.model)
+        self._settings = recipe.point_observation
+        self._mounts: dict[str, Transform] = {}
+
+    def run(self, writer: EpisodeWriter) -> Counter[str]:
+        """Write the rows, drop those that could not be made, and count these by reason."""
+        plan, image_topic = self.synchronised.plan, self.recipe.robot.topics.image
+        pictured, clouded = np.zeros(plan.rows, np.bool_), plan.points < 0
+        for row in np.flatnonzero(clouded & self.wanted).tolist():
+            writer.write(row, self._point_columns(_NO_CLOUD))
+        ordinals = dict.fromkeys(self._waiting, -1)
+        for raw in self.recording.messages(list(self._waiting)) if self.wanted.any() else ():
+            ordinals[raw.topic] += 1
+            rows = self._waiting[raw.topic].get(ordinals[raw.topic], [])
+            values = self._decode(raw) if rows else None
+            if values is None:
+                continue
+            for row in rows:
+                writer.write(row, values)
+            (pictured if raw.topic == image_topic else clouded)[rows] = True
+        return self._drop_unmade(writer, pictured, clouded)
+
+    def _drop_unmade(self, writer: EpisodeWriter, pictured: Mask, clouded: Mask) -> Counter[str]:
+        made = pictured & clouded & self.wanted
+        if not made.all():
+            writer.keep(np.flatnonzero(made))
+        return +Counter(
+            {
+                "picture does not decode": int(np.count_nonzero(self.wanted & ~pictured)),
+                "cloud does not decode": int(np.count_nonzero(self.wanted & pictured & ~clouded)),
+            }
+        )
+
+    def _decode(self, raw: RawMessage) -> Values | None:
+        try:
+            message = self.recording.decode(raw)
+            if raw.topic != self.recipe.robot.topics.image:
+                return self._point_columns(self._decode_points(message))
+            kind = self.recording.topics[raw.topic].message_type
+            return self._picture_columns(decode_image(message, kind, raw.topic))
+        except RecordingError:
+            return None
+
+    def _picture_columns(self, picture: Picture) -> Values | None:
+        height, width, _ = picture.rgb.shape
+        source = self.rectifier.source if self.rectifier else None
+        if self.rectifier is None or source is None or (source.width, source.height) != (width, height):
+            return None
+        if self.base_from_camera is None:
+            camera = self.recipe.robot.camera
+            self.base_from_camera = self._mount(camera.mounting, camera.frame or picture.frame)
+        return {"image": self.rectifier.apply(picture.rgb), "image_valid": True}
+
+    def _point_columns(self, cloud: PointCloud) -> Values:
+        seed = row_seed(self.recipe.dataset.seed, self.digest, cloud.stamp_ns)
+        observation = observe_points(cloud, self._base_from_lidar(cloud), self._settings, seed)
+        return {
+            "points": observation.points,
+            "intensity": observation.intensity,
+            "point_count": observation.point_count,
+            "smoothness": observation.smoothness,
+            "laser_scan": observation.laser_scan,
+        }
+
+    def _base_from_lidar(self, cloud: PointCloud) -> Transform:
+        if cloud is _NO_CLOUD:
+            return Transform.identity()
+        if cloud.frame not in self._mounts:
+            lidar = self.recipe.robot.lidar
+            self._mounts[cloud.frame] = self._mount(lidar.mounting, lidar.frame or cloud.frame)
+        return self._mounts[cloud.frame]
+
+    def _mount(self, mounting: Mounting | str, frame: str) -> Transform:
+        if isinstance(mounting, Mounting):
+            return mounting.transform
+        return self.synchronised.tracks.frames.lookup(self.recipe.robot.base_frame, frame)
+
+    def _rectifier(self) -> Rectifier:
+        image = self.recipe.dataset.image
+        return rectifier(self._intrinsics(), (image.width, image.height))
+
+    def _intrinsics(self) -> Intrinsics:
+        declared, calibration = (
+            self.recipe.robot.camera.intrinsics,
+            self.synchronised.tracks.calibration,
+        )
+        if isinstance(declared, Intrinsics):
+            return declared
+        if calibration is None:
+            topic = self.recipe.robot.topics.camera_info
+            raise RecordingError(
+                f"{self.recording.path}: no CameraInfo on {topic or 'any declared topic'}. Name its "
+                f"topic under `topics.camera_info`, or give `camera.intrinsics`, in the robot "
+                f"manifest."
+            )
+        return calibration.intrinsics
+
+
+_NO_CLOUD = PointCloud(
+    stamp_ns=0,
+    frame="",
+    xyz=np.empty((0, 3), np.float32),
+    intensity=None,
+    ring=np.empty(0, np.int32),
+    returns=0,
+)
+
+
+def _rows_by_ordinal(ordinals: NDArray[np.int64], wanted: Mask) -> dict[int, list[int]]:
+    rows: dict[int, list[int]] = {}
+    for row in np.flatnonzero((ordinals >= 0) & wanted).tolist():
+        rows.setdefault(int(ordinals[row]), []).append(row)
+    return rows

@@ -1,0 +1,42 @@
+"""Numbers about an episode for its entry in ``dataset.json``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import JsonValue
+
+from pipelines.episode import map_column
+from pipelines.process_recording import Episode
+
+QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+RELIABILITIES = ("r_bright", "r_corners", "r_img", "r_edge", "r_planar", "r_point")
+AGES = ("points_age_ns", "odometry_age_ns")
+
+
+def episode_statistics(episode: Episode) -> dict[str, JsonValue]:
+    """Class balance, and quantiles of ages and reliabilities; nothing for no rows."""
+    if not episode.extracted.rows:
+        return {}
+
+    def column(stage: str, name: str) -> NDArray[np.generic]:
+        return map_column(episode.folders[stage], name)
+
+    success, mask = column("label", "success"), column("label", "success_mask").astype(bool)
+    failing = (mask & (success == 0)).any(axis=1)
+    quantiles: dict[str, JsonValue] = {
+        name: _quantiles(column(stage, name))
+        for stage, names in (("reliability", RELIABILITIES), ("extract", AGES))
+        for name in names
+    }
+    return {
+        "rows_failing": int(np.count_nonzero(failing)),
+        "rows_without_judgement": int(np.count_nonzero(~mask.any(axis=1))),
+        "steps_judged": int(np.count_nonzero(mask)),
+        "steps_succeeding": int(np.count_nonzero(mask & (success == 1))),
+        "quantiles": quantiles,
+    }
+
+
+def _quantiles(values: NDArray[np.generic]) -> JsonValue:
+    return [float(q) for q in np.quantile(values.astype(np.float64), QUANTILES)]

@@ -1,0 +1,1 @@
+"""Load a bundle, score trajectories, drive; numpy and onnxruntime, no torch."""

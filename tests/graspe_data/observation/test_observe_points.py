@@ -1,0 +1,114 @@
+"""One row's points: canonical, in base_link, sampled, with a scan of the full cloud."""
+
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from graspe_data.errors import ObservationError
+from graspe_data.geometry import Transform, rotation_from_rpy
+from graspe_data.observation.laser_scan import laser_scan
+from graspe_data.observation.observe_points import (
+    PointObservation,
+    PointObservationSettings,
+    observe_points,
+)
+from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.recordings.sensor_data import PointCloud
+
+MOUNTED = Transform(rotation_from_rpy(0.01, 0.05, 0.3), np.array([0.2, 0.0, 0.6]))
+SETTINGS = PointObservationSettings(sample=PointSampleSettings(count=3000), base_height=0.1)
+
+
+def _shuffled(cloud: PointCloud, seed: int) -> PointCloud:
+    order = np.random.default_rng(seed).permutation(len(cloud.xyz))
+    return replace(
+        cloud,
+        xyz=cloud.xyz[order],
+        intensity=None if cloud.intensity is None else cloud.intensity[order],
+        ring=None if cloud.ring is None else cloud.ring[order],
+    )
+
+
+def _bytes(observation: PointObservation) -> list[bytes]:
+    return [np.asarray(value).tobytes() for value in astuple(observation)]
+
+
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10_000), named=st.booleans(), bright=st.booleans())
+def test_the_order_of_the_message_changes_nothing(
+    cloud: PointCloud, seed: int, named: bool, bright: bool
+) -> None:
+    doubled = PointCloud(
+        0,
+        "velodyne",
+        np.concatenate((cloud.xyz, cloud.xyz[::7])),
+        np.arange(len(cloud.xyz[::7]) + len(cloud.xyz), dtype=np.float32) if bright else None,
+        np.concatenate((cloud.ring, cloud.ring[::7])) if named and cloud.ring is not None else None,
+        0,
+    )
+    expected = observe_points(doubled, MOUNTED, SETTINGS, 5)
+    assert _bytes(expected) == _bytes(
+        observe_points(_shuffled(doubled, seed), MOUNTED, SETTINGS, 5)
+    )
+
+
+def test_points_are_in_base_link_in_front_and_from_the_cloud(cloud: PointCloud) -> None:
+    found = observe_points(cloud, MOUNTED, SETTINGS, 1)
+    assert found.point_count == 3000
+    assert np.all(found.points[:, 0] >= 0)
+    back = MOUNTED.inverse().apply(found.points.astype(np.float64))
+    gaps = [np.abs(cloud.xyz - point).max(axis=1).min() for point in back[::100]]
+    assert max(gaps) < 1e-5
+    assert np.all((found.intensity >= 0) & (found.intensity <= 1))
+
+
+def test_the_scan_is_of_the_full_cloud(cloud: PointCloud) -> None:
+    moved = MOUNTED.apply(cloud.xyz)
+    expected = laser_scan(np.asarray(moved, np.float32), 0.1, SETTINGS.laser_scan)
+    found = observe_points(cloud, MOUNTED, SETTINGS, 1).laser_scan
+    both = np.isfinite(expected) & np.isfinite(found)
+    assert np.mean(np.isfinite(expected) == np.isfinite(found)) > 0.99
+    assert np.mean(np.abs(found[both] - expected[both]) < 1e-4) > 0.99
+
+
+def test_another_seed_draws_other_points(cloud: PointCloud) -> None:
+    first, second = (observe_points(cloud, MOUNTED, SETTINGS, seed) for seed in (1, 2))
+    assert not np.array_equal(first.points, second.points)
+    assert np.array_equal(first.laser_scan, second.laser_scan)
+
+
+def test_returns_from_the_robot_itself_and_damaged_ones_do_not_count(cloud: PointCloud) -> None:
+    assert cloud.ring is not None
+    added: NDArray[np.float32] = np.array([[0.1, 0, 0], [3e30, 1, 1], [-3e38, 0, 0]], np.float32)
+    noisy = PointCloud(
+        0,
+        "velodyne",
+        np.concatenate((added, cloud.xyz)),
+        None,
+        np.concatenate((np.zeros(3, np.int32), cloud.ring)),
+        0,
+    )
+    guarded = SETTINGS.model_copy(update={"minimum_range": 0.3})
+    clean = observe_points(replace(cloud, intensity=None), MOUNTED, guarded, 1)
+    assert _bytes(observe_points(noisy, MOUNTED, guarded, 1)) == _bytes(clean)
+
+
+@pytest.mark.parametrize("ring", [None, np.zeros(0, np.int32)])
+def test_an_empty_cloud_is_all_padding(ring: NDArray[np.int32] | None) -> None:
+    nothing = PointCloud(0, "velodyne", np.zeros((0, 3), np.float32), None, ring, 0)
+    found = observe_points(nothing, MOUNTED, SETTINGS, 1)
+    assert found.point_count == 0
+    assert np.isnan(found.points).all()
+    assert np.isinf(found.laser_scan).all()
+
+
+def test_a_ring_field_that_is_none_is_refused() -> None:
+    total = 70_000
+    xyz = np.random.default_rng(0).normal(0, 5, (total, 3)).astype(np.float32)
+    cloud = PointCloud(0, "velodyne", xyz, None, np.arange(total, dtype=np.int32), total)
+    with pytest.raises(ObservationError, match="no ring number"):
+        observe_points(cloud, MOUNTED, SETTINGS, 1)
