@@ -21,7 +21,7 @@ from graspe_data.shards.dataset_manifest import (
     write_index,
 )
 from pipelines.commit import only_builder, sweep
-from pipelines.dataset_settings import DatasetRecipe
+from pipelines.dataset_settings import DatasetRecipe, Split
 from pipelines.executors import Workers, run_all
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
 from pipelines.progress import Progress
@@ -31,7 +31,7 @@ from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_sh
 from pipelines.statistics import episode_statistics
 
 EPISODES = "episodes"
-SPLITS = ("train", "validation", "test")
+SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 
 
 @dataclass(frozen=True)

@@ -19,29 +19,26 @@ def committed_folder(target: Path) -> Iterator[Path]:
     """Yield a temporary folder that becomes ``target`` when the block ends without an error.
 
     Where another process commits the same target first, its folder stays: the same key gives the
-    same bytes.
+    same bytes. The files are not synced: what a power cut leaves of them is found out by their
+    digests when the folder is used again, and done again.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.parent / f".{target.name}.{uuid.uuid4().hex[:8]}{PARTIAL_SUFFIX}"
     partial.mkdir()
     try:
         yield partial
-        for path in sorted(partial.iterdir()):
-            _sync(path)
-        _sync(partial)
-        if not target.exists():
-            partial.rename(target)
-        _sync(target.parent)
+        _rename_unless_there(partial, target)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _sync(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
+def _rename_unless_there(partial: Path, target: Path) -> None:
     try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+        if not target.exists():
+            partial.rename(target)
+    except OSError:
+        if not target.is_dir():
+            raise
 
 
 def sweep(folder: Path) -> None:
@@ -67,7 +64,7 @@ def only_builder(folder: Path) -> Iterator[None]:
     except OSError as error:
         os.close(handle)
         raise StageError(
-            f"{folder}: another build is at work in this folder. Wait for it, or give another --out."
+            f"{folder}: another build is at work here. Wait for it, or give another --out."
         ) from error
     try:
         yield

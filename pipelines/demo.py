@@ -1,4 +1,4 @@
-"""The demo: recordings that it writes itself, in all three containers, to a dataset and a report."""
+"""The demo: recordings that it writes itself, in all three containers, and a dataset of them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from graspe_data.recordings.writing import Compression, Container
+from graspe_data.shards.atomic_file import PARTIAL_SUFFIX
 from graspe_data.simulation.plain_world import Block, Trunk, World
 from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.shards.atomic_file import PARTIAL_SUFFIX
 from graspe_data.simulation.scripted_recording import Sensors, record_drive
 from pipelines.build import BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,11 +117,11 @@ class EpisodeWriter:
             file.close()
 
 
-def map_column(folder: Path, name: str) -> NDArray[np.generic]:
+def map_column(folder: Path, name: str) -> NDArray[Any]:
     """Map a column of a finished stage, read-only."""
     path = folder / f"{name}.npy"
     try:
-        mapped: NDArray[np.generic] = np.load(path, mmap_mode="r", allow_pickle=False)
+        mapped: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError) as error:
         raise StageError(
             f"{path}: cannot be mapped: {error}. Delete {folder} and build again."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from graspe_data.recordings.synchronised import SynchronisedRecording
 from graspe_data.recordings.tracks import InertialTrack, Tracks
 from graspe_data.shards.aligned_npz import map_npz, write_npz
 
-FILE = "motion.npz"
+MOTION_FILE = "motion.npz"
 Arrays = Mapping[str, NDArray[np.generic]]
 
 
@@ -46,20 +47,21 @@ def motion_series(synchronised: SynchronisedRecording, base_frame: str) -> Motio
     )
 
 
-def write_motion(folder: Path, series: MotionSeries) -> None:
-    """Write a recording's motion beside its columns."""
+def write_motion(folder: Path, series: MotionSeries) -> str:
+    """Write a recording's motion beside its columns; returns the SHA-256 of the file."""
     arrays: dict[str, NDArray[np.generic]] = {}
     for part in ("odometry", "command", "inertial"):
         values = getattr(series, part)
         for name, array in vars(values).items() if values is not None else ():
             if array is not None:
                 arrays[f"{part}.{name}"] = np.ascontiguousarray(array)
-    write_npz(folder / FILE, arrays)
+    write_npz(folder / MOTION_FILE, arrays)
+    return hashlib.sha256((folder / MOTION_FILE).read_bytes()).hexdigest()
 
 
 def read_motion(folder: Path) -> MotionSeries:
     """Read what ``write_motion`` wrote."""
-    arrays = map_npz(folder / FILE)
+    arrays = map_npz(folder / MOTION_FILE)
 
     def part(name: str) -> dict[str, NDArray[np.generic]]:
         prefix = f"{name}."

@@ -164,6 +164,6 @@ def _row(
 ) -> NDArray[np.generic] | None:
     if not rows.size:
         return None
-    if column.codec == "packed_bits":
-        return decode_rows(column, values[rows[:1]])[0]
-    return values[rows[0]]
+    stored = values[rows[:1]]
+    decoded = decode_rows(column, stored) if column.codec == "packed_bits" else stored
+    return np.asarray(decoded[0, ...])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from graspe_data.errors import StageError
 from graspe_data.manifest import Settings
 
 RECORD = "stage.json"
@@ -24,6 +24,11 @@ class StageRecord(Settings):
     rows: int
     columns: dict[str, str]
     """SHA-256 of each column's file."""
+
+    @property
+    def files(self) -> dict[str, str]:
+        """SHA-256 of every file of the stage, by file name."""
+        return {f"{name}.npy": digest for name, digest in self.columns.items()}
 
 
 Record = TypeVar("Record", bound=StageRecord)
@@ -48,19 +53,26 @@ def stage_folder(episode: Path, stage: str, key: str) -> Path:
 def read_record(folder: Path, model: type[Record], key: str) -> Record | None:
     """The record of a finished stage, or None where it has to be done.
 
-    Raises:
-        StageError: The folder is there, but its record is not readable or of another key.
+    A stage whose record or files are damaged is removed, to be done again.
     """
-    path = folder / RECORD
     if not folder.exists():
         return None
     try:
-        record = model.model_validate_json(path.read_bytes())
-    except (OSError, ValidationError) as error:
-        raise StageError(f"{path}: damaged: delete {folder} and build again. {error}") from error
-    if record.key != key:
-        raise StageError(f"{path}: key {record.key}, expected {key}: delete {folder}.")
-    return record
+        record = model.model_validate_json((folder / RECORD).read_bytes())
+        if record.key == key and _intact(folder, record):
+            return record
+    except (OSError, ValidationError):
+        pass
+    shutil.rmtree(folder)
+    return None
+
+
+def _intact(folder: Path, record: StageRecord) -> bool:
+    for name, expected in record.files.items():
+        with (folder / name).open("rb") as file:
+            if hashlib.file_digest(file, "sha256").hexdigest() != expected:
+                return False
+    return True
 
 
 def write_record(folder: Path, record: StageRecord) -> None:

@@ -54,9 +54,10 @@ class PointObservation:
 def observe_points(
     cloud: PointCloud, base_from_lidar: Transform, settings: PointObservationSettings, seed: int
 ) -> PointObservation:
-    """Observe a cloud: order, smoothness, base_link, laser scan, front half, sample.
+    """Observe a cloud: base_link, laser scan, front half, ring order, smoothness, sample.
 
-    The result does not depend on the order of the points in the message.
+    The smoothness is that of the front half at full resolution: GrASPE's P_lidar before it is
+    sampled (section IV-B). The result does not depend on the order of the points in the message.
 
     Args:
         cloud: In the lidar's frame.
@@ -68,19 +69,18 @@ def observe_points(
         ObservationError: The ring field is none.
     """
     useful = _within_range(cloud, settings)
-    found = ring_order(useful.xyz, useful.ring, settings.rings, useful.intensity)
-    ordered = useful.xyz.take(found.order, axis=0)
-    curvature = smoothness(ordered, found.ring_starts, settings.neighbours)
-    moved = _moved(ordered, base_from_lidar)
+    moved = _moved(useful.xyz, base_from_lidar)
     scan = laser_scan(moved, settings.base_height, settings.laser_scan)
     ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
+    view = _taken(useful, ahead)
+    found = ring_order(view.xyz, view.ring, settings.rings, view.intensity)
+    ordered = _taken(view, found.order)
+    curvature = smoothness(ordered.xyz, found.ring_starts, settings.neighbours)
     strength = None
-    if useful.intensity is not None:
-        strength = useful.intensity[found.order[ahead]] / np.float32(settings.intensity_maximum)
-        strength = np.clip(strength, 0, 1)
-    sample = sample_points(
-        moved.take(ahead, axis=0), strength, curvature[ahead], settings.sample.count, seed
-    )
+    if ordered.intensity is not None:
+        strength = np.clip(ordered.intensity / np.float32(settings.intensity_maximum), 0, 1)
+    points = moved.take(ahead[found.order], axis=0)
+    sample = sample_points(points, strength, curvature, settings.sample.count, seed)
     return PointObservation(
         sample.points, sample.intensity, sample.smoothness, sample.point_count, scan
     )
@@ -88,21 +88,22 @@ def observe_points(
 
 def _within_range(cloud: PointCloud, settings: PointObservationSettings) -> PointCloud:
     """The cloud without the returns that do not count."""
-    largest = settings.maximum_range
-    damaged = np.abs(cloud.xyz).max(initial=0) > largest
-    if not damaged and settings.minimum_range == 0:
+    x, y, z = cloud.xyz.T
+    with np.errstate(over="ignore"):
+        squared = x * x + y * y + z * z
+    inside = squared <= np.float32(settings.maximum_range**2)
+    inside &= squared >= np.float32(settings.minimum_range**2)
+    if inside.all():
         return cloud
-    # Clipped, so that squares of damaged values do not overflow.
-    x, y, z = np.clip(cloud.xyz.T, -2 * largest, 2 * largest)
-    squared = x * x + y * y + z * z
-    kept = np.flatnonzero(
-        (squared >= settings.minimum_range**2) & (np.abs(cloud.xyz) <= largest).all(axis=1)
-    )
+    return _taken(cloud, np.flatnonzero(inside))
+
+
+def _taken(cloud: PointCloud, rows: NDArray[np.int64]) -> PointCloud:
     return replace(
         cloud,
-        xyz=cloud.xyz.take(kept, axis=0),
-        intensity=None if cloud.intensity is None else cloud.intensity[kept],
-        ring=None if cloud.ring is None else cloud.ring[kept],
+        xyz=cloud.xyz.take(rows, axis=0),
+        intensity=None if cloud.intensity is None else cloud.intensity[rows],
+        ring=None if cloud.ring is None else cloud.ring[rows],
     )
 
 

@@ -80,7 +80,8 @@ def timeline(
     constant = high - low <= limits.constant_within_s * SECOND
     if clock.offset_s == "measured":
         if not constant:
-            raise _unrelated(track, camera, low, middle, high, "the clocks are unrelated, so no offset can be measured")
+            advice = "the clocks are unrelated, so no offset can be measured"
+            raise _unrelated(track, camera, low, middle, high, advice)
         offset = middle
     else:
         offset = round(clock.offset_s * SECOND)
@@ -113,7 +114,8 @@ def _camera_skew_at(bag_ns: Stamps, camera: StampTrack, camera_time: Timeline) -
     skew = (camera.bag_ns - camera_time.stamps_ns)[order]
     base = skew[0]
     moved = np.interp((bag_ns - origin).astype(np.float64), known, (skew - base).astype(np.float64))
-    return np.rint(moved).astype(np.int64) + base
+    carried: Stamps = np.rint(moved).astype(np.int64) + base
+    return carried
 
 
 def _unrelated(

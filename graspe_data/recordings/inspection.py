@@ -14,7 +14,7 @@ from graspe_data.recordings.recording import Format, open_recording
 from graspe_data.recordings.roles import Role
 from graspe_data.recordings.row_verdict import Verdict, row_verdict
 from graspe_data.recordings.survey import Survey, TopicSurvey, survey_recording
-from graspe_data.recordings.topic_choice import root_edges
+from graspe_data.recordings.topic_choice import odometry_edges
 from graspe_data.recordings.topic_content import Content
 from graspe_data.recordings.topic_statistics import TopicStatistics, topic_statistics
 from graspe_data.recordings.tracks import StampTrack
@@ -113,5 +113,5 @@ def _pairings(survey: Survey) -> tuple[Pairing, ...]:
     roles: tuple[Role, ...] = ("image", "points", "scan")
     sensors = [topic.stamps for role in roles for topic in survey.serving(role).values()]
     odometry: list[StampTrack] = [t.stamps for t in survey.serving("odometry").values()]
-    odometry = odometry or list(root_edges(survey).values())
+    odometry = odometry or list(odometry_edges(survey).values())
     return tuple(pair_topics(sensor, other) for sensor in sensors for other in odometry)

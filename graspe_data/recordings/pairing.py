@@ -40,9 +40,10 @@ def pair_topics(sensor: StampTrack, odometry: StampTrack) -> Pairing:
     by_bag = _count(sensor.bag_ns, odometry.bag_ns)
     reason = _clock_fault(sensor, odometry)
     if reason is None and not (by_bag if by_header is None else by_header):
-        reason = "no two messages are close: " + _apart(sensor, odometry)
+        clock = "bag time" if by_header is None else "header stamp"
+        reason = f"By {clock}, {_apart(sensor, odometry)}"
     elif reason is not None and not by_bag:
-        reason += " In bag time: " + _apart_in(sensor.bag_ns, odometry.bag_ns)
+        reason += f" By bag time, {_apart(sensor, odometry, by_bag=True)}"
     return Pairing(sensor.topic, odometry.topic, sensor.bag_ns.size, by_header, by_bag, reason)
 
 
@@ -58,18 +59,15 @@ def _clock_fault(sensor: StampTrack, odometry: StampTrack) -> str | None:
     return None
 
 
-def _apart(sensor: StampTrack, odometry: StampTrack) -> str:
-    if sensor.header_ns is None or odometry.header_ns is None:
-        return "by bag time, " + _apart_in(sensor.bag_ns, odometry.bag_ns)
-    return "by header stamp, " + _apart_in(sensor.header_ns, odometry.header_ns)
-
-
-def _apart_in(stamps: Stamps, others: Stamps) -> str:
-    """Say how two spans of time lie to each other."""
-    before = int(others.min()) - int(stamps.max())
-    after = int(stamps.min()) - int(others.max())
-    if before > 0:
-        return f"the sensor ends {before / SECOND:.3f} s before the odometry begins."
-    if after > 0:
-        return f"the odometry ends {after / SECOND:.3f} s before the sensor begins."
-    return f"they overlap, yet no two are within {TOLERANCE_S} s."
+def _apart(sensor: StampTrack, odometry: StampTrack, *, by_bag: bool = False) -> str:
+    """Say how the two lie to each other in time."""
+    stamps, others = sensor.header_ns, odometry.header_ns
+    if by_bag or stamps is None or others is None:
+        stamps, others = sensor.bag_ns, odometry.bag_ns
+    for early, late, wait in (
+        (sensor.topic, odometry.topic, int(others.min()) - int(stamps.max())),
+        (odometry.topic, sensor.topic, int(stamps.min()) - int(others.max())),
+    ):
+        if wait > 0:
+            return f"{early} ends {wait / SECOND:.3f} s before {late} begins."
+    return f"they overlap, yet no two messages are within {TOLERANCE_S} s."

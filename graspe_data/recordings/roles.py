@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping
+from itertools import takewhile
 from typing import Final, Literal
 
 Role = Literal[
@@ -65,11 +65,17 @@ def likeliest(
     def rank(name: str) -> tuple[int, int, int, int, str]:
         kind, count = candidates[name]
         secondary = sum(part in name.lower() for part in _SECONDARY.get(role, ()))
-        shared = len(os.path.commonprefix([name, beside])) if beside else 0
+        shared = _shared(name, beside) if beside else 0
         return secondary, -shared, _type_rank(role, kind), -count, name
 
     filled: Collection[str] = [name for name, (_, count) in candidates.items() if count]
     return min(filled, key=rank, default=None)
+
+
+def _shared(name: str, other: str) -> int:
+    """How many parts of two names are the same, from the first on."""
+    pairs = zip(name.split("/"), other.split("/"), strict=False)
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
 
 def _type_rank(role: Role, message_type: str) -> int:

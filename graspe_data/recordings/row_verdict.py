@@ -63,9 +63,8 @@ def chosen_track(survey: Survey, choice: TopicChoice, role: Role) -> StampTrack:
     """The stamps of the topic chosen for a role; of odometry by tf, those of its edge."""
     topic = survey.topics[choice.topics[role]]
     if role == "odometry" and "tf" in topic.roles:
-        edges = ((p.lstrip("/"), c.lstrip("/")) for p, c in survey.moving)
-        plain = dict(zip(edges, survey.moving.values(), strict=True))
-        return plain.get((choice.odometry_frame, choice.base_frame), topic.stamps)
+        edge = (choice.odometry_frame, choice.base_frame)
+        return survey.moving.get(edge, topic.stamps)
     return topic.stamps
 
 
@@ -85,7 +84,7 @@ def _missing(survey: Survey, choice: TopicChoice) -> list[str]:
             reasons.append(f"{name} is {topic.info.message_type}, which cannot serve as {role}")
         elif not topic.count:
             reasons.append(f"no messages on {name}, the {role}")
-        elif topic.undecodable >= topic.count or topic.fault and topic.content is None:
+        elif topic.undecodable >= topic.count or (topic.fault and topic.content is None):
             reasons.append(f"no message on {name} decodes: {topic.fault}")
     return reasons
 
@@ -126,10 +125,8 @@ def _length_notes(times: Mapping[Role, Timeline]) -> list[str]:
     if anchors:
         return []
     lasts = (int(odometry.max()) - int(odometry.min())) / SECOND
-    return [
-        f"the default history of {history:.1f} s and horizon of {settings.horizon_s:.1f} s leave no "
-        f"image of the {lasts:.1f} s of odometry: set shorter ones in the dataset manifest"
-    ]
+    spans = f"history of {history:.1f} s and horizon of {settings.horizon_s:.1f} s"
+    return [f"the default {spans} leave no row of {lasts:.1f} s: set shorter ones in the dataset"]
 
 
 def _calibration_notes(survey: Survey, choice: TopicChoice, robot: Robot | None) -> list[str]:

@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 
 from graspe_data.errors import RecordingError
+from graspe_data.geometry import plain_frame
 from graspe_data.recordings.decoding import decode_transforms
 from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
 from graspe_data.recordings.recording import Recording
 from graspe_data.recordings.roles import Role, roles_of
-from graspe_data.recordings.topic_content import (
-    MAXIMUM_EDGES,
-    Content,
-    FramesContent,
-    Observer,
-    observer_of,
-)
+from graspe_data.recordings.sensor_data import StampedTransform
+from graspe_data.recordings.topic_content import Content, FramesContent
+from graspe_data.recordings.topic_observers import MAXIMUM_EDGES, Observer, observer_of
 from graspe_data.recordings.tracks import StampTrack
 
 _LATEST = (1 << 63) - 1
@@ -50,7 +47,7 @@ class TopicSurvey:
 
 @dataclass(frozen=True)
 class Survey:
-    """All topics by name, what is lost, and the moving edges of tf, ``(parent, child)``."""
+    """All topics by name, what is lost, and the edges of tf that move, ``(parent, child)``."""
 
     topics: Mapping[str, TopicSurvey]
     losses: tuple[Loss, ...]
@@ -64,7 +61,7 @@ class Survey:
 def survey_recording(recording: Recording) -> Survey:
     """Read a recording once; a message costs 16 bytes of memory, whatever its size."""
     topics = {name: _Topic(info) for name, info in recording.topics.items()}
-    moving: dict[tuple[str, str], _Stamps] = {}
+    edges: dict[tuple[str, str], _Edge] = {}
     for raw in recording.messages():
         topic = topics[raw.topic]
         topic.stamps.add(recording.header_stamp_ns(raw), raw.bag_time_ns)
@@ -74,13 +71,13 @@ def survey_recording(recording: Recording) -> Survey:
             message = recording.decode(raw)
             topic.observe(message)
             if "tf" in topic.roles:
-                _add_edges(moving, message, raw)
+                _add_edges(edges, message, raw)
         except RecordingError as error:
             topic.undecodable += 1
             topic.fault = topic.fault or str(error)
-    tracks = {edge: stamps.track(" -> ".join(edge)) for edge, stamps in moving.items()}
+    moving = {k: e.stamps.track(" -> ".join(k)) for k, e in sorted(edges.items()) if e.moved}
     surveyed = {name: topic.survey() for name, topic in topics.items()}
-    return Survey(surveyed, tuple(recording.losses), tracks)
+    return Survey(surveyed, tuple(recording.losses), moving)
 
 
 def fixed_edges(survey: Survey) -> FramesContent:
@@ -136,10 +133,22 @@ class _Topic:
         )
 
 
-def _add_edges(
-    moving: dict[tuple[str, str], _Stamps], message: Any, raw: RawMessage
-) -> None:
+@dataclass
+class _Edge:
+    """A tf edge: its stamps, and whether it ever differed from its first transform."""
+
+    first: StampedTransform
+    stamps: _Stamps = field(default_factory=_Stamps)
+    moved: bool = False
+
+    def add(self, edge: StampedTransform, bag_ns: int) -> None:
+        self.stamps.add(edge.stamp_ns, bag_ns)
+        here, there = edge, self.first
+        self.moved |= (here.translation, here.quaternion) != (there.translation, there.quaternion)
+
+
+def _add_edges(edges: dict[tuple[str, str], _Edge], message: Any, raw: RawMessage) -> None:
     for edge in decode_transforms(message):
-        key = (edge.parent, edge.child)
-        if key in moving or len(moving) < MAXIMUM_EDGES:
-            moving.setdefault(key, _Stamps()).add(edge.stamp_ns, raw.bag_time_ns)
+        key = (plain_frame(edge.parent), plain_frame(edge.child))
+        if key in edges or len(edges) < MAXIMUM_EDGES:
+            edges.setdefault(key, _Edge(edge)).add(edge, raw.bag_time_ns)

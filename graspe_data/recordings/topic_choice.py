@@ -51,18 +51,21 @@ def guessed_topics(survey: Survey) -> TopicChoice:
             topics[role] = chosen
     if "odometry" in topics:
         return TopicChoice(topics, *_odometry_frames(survey.topics[topics["odometry"]]))
-    edges = root_edges(survey)
+    edges = odometry_edges(survey)
     if edges:
         topics["odometry"] = likeliest("tf", _counts(survey.serving("tf"))) or ""
-        odometry_frame, base_frame = max(edges, key=lambda edge: edges[edge].bag_ns.size)
-        return TopicChoice(topics, plain_frame(odometry_frame), plain_frame(base_frame))
+        return TopicChoice(topics, *max(edges, key=lambda edge: edges[edge].bag_ns.size))
     return TopicChoice(topics, "odom", "base_link")
 
 
-def root_edges(survey: Survey) -> dict[Edge, StampTrack]:
-    """The moving edges of tf whose parent moves in no other frame: the robot in the world."""
+def odometry_edges(survey: Survey) -> dict[Edge, StampTrack]:
+    """The moving edges of tf that could be odometry.
+
+    Those to a frame named ``base...``; without such, those whose parent moves in no other frame.
+    """
     children = {child for _, child in survey.moving}
-    return {edge: track for edge, track in survey.moving.items() if edge[0] not in children}
+    bases = {e: t for e, t in survey.moving.items() if e[1].rpartition("/")[2].startswith("base")}
+    return bases or {e: t for e, t in survey.moving.items() if e[0] not in children}
 
 
 def _counts(serving: Mapping[str, TopicSurvey]) -> dict[str, tuple[str, int]]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graspe_data.recordings.clocks import SECOND, skew_ns
 from graspe_data.recordings.tracks import Stamps, StampTrack
@@ -99,7 +100,7 @@ def _stamped(track: StampTrack) -> StampTrack:
     return StampTrack(track.topic, track.header_ns[kept], track.bag_ns[kept], track.ordinal[kept])
 
 
-def _gaps(ordered: Stamps, bag_s: np.ndarray, typical: float | None) -> Gaps | None:
+def _gaps(ordered: Stamps, bag_s: NDArray[np.float64], typical: float | None) -> Gaps | None:
     if typical is None:
         return None
     intervals = np.diff(ordered) / SECOND
@@ -114,7 +115,7 @@ def _skew(track: StampTrack) -> Skew | None:
     if track.header_ns is None:
         return None
     skew = skew_ns(track)
-    # Held to its first value: 2^63 ns do not fit a float64 to the microsecond.
+    # Relative to the first, since a float64 of 1.6e18 ns steps by 256 ns.
     first, relative = int(skew[0]), (skew - skew[0]) / SECOND
     low, median, high = (first / SECOND + q for q in np.percentile(relative, (5, 50, 95)).tolist())
     return Skew(
@@ -127,7 +128,7 @@ def _skew(track: StampTrack) -> Skew | None:
     )
 
 
-def _drift(time_s: np.ndarray, skew_s: np.ndarray) -> float:
+def _drift(time_s: NDArray[np.float64], skew_s: NDArray[np.float64]) -> float:
     """Slope by least squares, times the time it runs over."""
     centred = time_s - time_s.mean()
     spread = float(centred @ centred)

@@ -54,7 +54,7 @@ def drive(legs: Sequence[Leg], start: tuple[float, float, float] = (0.0, 0.0, 0.
     command = np.repeat([(leg.linear_velocity, leg.yaw_rate) for leg in legs], counts, axis=0)
     held = np.repeat([leg.effect != "free" for leg in legs], counts)
     shocks = np.cumsum([0, *counts])[:-1][[leg.effect == "collision" for leg in legs]]
-    velocity = np.zeros_like(command)
+    velocity = np.zeros((len(command), 2))
     most = np.array([ACCELERATION, YAW_ACCELERATION]) * STEP_S
     for step in range(1, len(command)):
         change = np.clip(command[step] - velocity[step - 1], -most, most)
@@ -68,5 +68,6 @@ def drive(legs: Sequence[Leg], start: tuple[float, float, float] = (0.0, 0.0, 0.
     acceleration[:, 2] = GRAVITY
     for step in shocks.tolist():
         acceleration[step : step + 5, 0] = -SHOCK
-    time_s = np.arange(len(command)) * STEP_S
-    return Drive(time_s, np.stack([x, y, yaw], axis=1), velocity, command, acceleration)
+    time_s = np.arange(len(command), dtype=np.float64) * STEP_S
+    pose = np.stack([x, y, yaw], axis=1)
+    return Drive(time_s, pose, velocity, command.astype(np.float64), acceleration)

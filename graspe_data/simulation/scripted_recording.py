@@ -97,7 +97,7 @@ def record_drive(
     few milliseconds after its stamp.
     """
     generator = np.random.default_rng([seed, zlib.crc32(container.encode())])
-    steps = _Messages(world, driven, sensors, np.random.default_rng(seed))
+    steps = DriveMessages(world, driven, sensors, np.random.default_rng(seed))
     with RecordingWriter(path, container, compression) as writer:
         writer.write("/tf_static", steps.mounting(), START_NS)
         for topic, message, stamp_ns, delay_ns in steps:
@@ -105,12 +105,13 @@ def record_drive(
             writer.write(topic, message, stamp_ns + delay_ns + jitter)
 
 
-class _Messages:
-    """The messages of a drive in order of their stamps."""
+class DriveMessages:
+    """The messages of a drive in order of their stamps: topic, message, stamp, delay in ns."""
 
     def __init__(
         self, world: World, driven: Drive, sensors: Sensors, generator: np.random.Generator
     ) -> None:
+        """Prepare the rays of camera and lidar."""
         self.world, self.driven, self.sensors = world, driven, sensors
         self.generator = generator
         self.types: Any = {name.split("/")[-1]: kind for name, kind in message_classes().items()}
@@ -118,6 +119,7 @@ class _Messages:
         self.beams = _beams()
 
     def __iter__(self) -> Iterator[tuple[str, Any, int, int]]:
+        """Make the messages, in order of their stamps."""
         sensors = self.sensors
         makers = [
             ("/spot/odometry", sensors.odometry_rate, self.odometry, 3_000_000),
@@ -138,11 +140,13 @@ class _Messages:
             yield topic, make(step, stamp_ns), stamp_ns, delay_ns
 
     def mounting(self) -> Any:
+        """Where camera and lidar sit."""
         edges = [("camera_optical", CAMERA), ("velodyne", LIDAR)]
         transforms = [self._edge("base_link", child, transform) for child, transform in edges]
         return self.types["TFMessage"](transforms=transforms)
 
     def odometry(self, step: int, stamp_ns: int) -> Any:
+        """The pose and velocity at a step."""
         t = self.types
         x, y, yaw = self.driven.pose[step]
         v, omega = self.driven.velocity[step]
@@ -158,6 +162,7 @@ class _Messages:
         )
 
     def inertial(self, step: int, stamp_ns: int) -> Any:
+        """What the IMU measures at a step."""
         t = self.types
         shaken = self.driven.acceleration[step] + self.generator.normal(0, 0.15, 3)
         return t["Imu"](
@@ -171,10 +176,12 @@ class _Messages:
         )
 
     def command(self, step: int, stamp_ns: int) -> Any:
+        """The command at a step."""
         del stamp_ns
         return self._twist(*self.driven.command[step])
 
     def calibration(self, step: int, stamp_ns: int) -> Any:
+        """The camera's calibration."""
         del step
         sensors, f = self.sensors, self.sensors.focal_length
         cx, cy = (sensors.width - 1) / 2, (sensors.height - 1) / 2
@@ -195,6 +202,7 @@ class _Messages:
         )
 
     def picture(self, step: int, stamp_ns: int) -> Any:
+        """The picture at a step, as JPEG."""
         rgb = _render(
             self.world, self._pose(step) @ CAMERA, self.pixels, self.sensors, self.generator
         )
@@ -204,6 +212,7 @@ class _Messages:
         )
 
     def cloud(self, step: int, stamp_ns: int) -> Any:
+        """One turn of the lidar, as its driver publishes it."""
         points = _scan(self.world, self._pose(step) @ LIDAR, self.beams, self.generator)
         fields = [
             self.types["PointField"](name=name, offset=offset, datatype=kind, count=1)

@@ -19,7 +19,6 @@ from pipelines.dataset_settings import load_recipe
 from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 from pipelines.rederive import rederive_rows
-from pipelines.report import write_report
 
 app = typer.Typer(no_args_is_help=True, help="Build, describe and check datasets.")
 
@@ -106,6 +105,8 @@ def report(
 ) -> None:
     """Write a page about a dataset: balance, losses, ages, reliabilities, sample rows."""
     page = out or folder / "report.html"
+    from pipelines.report import write_report  # noqa: PLC0415  (matplotlib is slow to load)
+
     write_report(folder, page)
     typer.echo(f"{page}")
 

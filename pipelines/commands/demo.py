@@ -11,7 +11,6 @@ from rich.console import Console
 from pipelines.demo import run_demo
 from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
-from pipelines.report import write_report
 
 
 def demo(
@@ -24,10 +23,13 @@ def demo(
         result = run_demo(out, Workers(workers), progress)
     dataset = out / "dataset"
     page = dataset / "report.html"
+    from pipelines.report import write_report  # noqa: PLC0415  (matplotlib is slow to load)
+
     write_report(dataset, page)
     rows = ", ".join(f"{split} {result.index.rows(split)}" for split in result.index.splits)
     typer.echo(
-        f"recordings: {out / 'recordings'}\ndataset:    {dataset} ({rows} rows)\nreport:     {page}\n"
+        f"recordings: {out / 'recordings'}\ndataset:    {dataset} ({rows} rows)\n"
+        f"report:     {page}\n"
         f"Next: graspe inspect {out / 'recordings'}; graspe dataset verify {dataset} "
         f"--against-bags 20 --recordings {out / 'recordings'}"
     )

@@ -52,7 +52,7 @@ def _propose_one(recipe: DatasetRecipe, path: Path) -> str:
         draft = redraft_annotation(read_annotation(target, digest), proposals)
     else:
         zero = int(series.odometry.stamps_ns[0])
-        draft = draft_annotation(proposals, path, digest, zero)
+        draft = draft_annotation(proposals, path.name, digest, zero)
     write_annotation(target, draft)
     waiting = sum(interval.verdict == "proposed" for interval in draft.intervals)
     unjudged = "".join(f"; {kind} not judged: {why}" for kind, why in draft.not_judged.items())

@@ -1,0 +1,6 @@
+"""The report of a dataset, and the picture of a row."""
+
+from pipelines.report.page import write_report
+from pipelines.report.row_picture import write_row_picture
+
+__all__ = ["write_report", "write_row_picture"]

@@ -14,7 +14,12 @@ from matplotlib.patches import Rectangle
 
 from graspe_data.shards.atomic_file import write_atomically
 from graspe_data.shards.dataset import Dataset
-from pipelines.report.row_scene import CONTINUED_TO_M, SCENE_COLUMNS, RowScene, row_scene
+from pipelines.report.row_scene import (
+    SCENE_COLUMNS,
+    RowScene,
+    row_scene,
+    scan_points,
+)
 
 ARC = "#ff7f0e"
 AHEAD = "#ffc27d"
@@ -57,30 +62,30 @@ def draw_row(scene: RowScene, name: str, dpi: int = 100) -> bytes:
         dpi: Pixels an inch.
     """
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=dpi, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
+    FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         4,
         3,
         width_ratios=(1.32, 1.0, 0.78),
-        height_ratios=(1.0, 1.0, 1.15, 0.3),
+        height_ratios=(0.9, 0.9, 1.25, 0.3),
         left=0.008,
-        right=0.985,
+        right=0.965,
         top=0.83,
         bottom=0.1,
-        wspace=0.16,
-        hspace=0.55,
+        wspace=0.17,
+        hspace=0.62,
     )
     _heading(figure, scene, name)
     _picture(figure.add_subplot(grid[:, 0]), scene)
     _from_above(figure.add_subplot(grid[:, 1]), scene)
     upper = figure.add_subplot(grid[0, 2])
-    _velocity(upper, scene, 0, "v  m/s")
+    _velocity(upper, scene, 0, "speed, m/s")
     upper.tick_params(labelbottom=False)
-    _velocity(figure.add_subplot(grid[1, 2]), scene, 1, "yaw rate  rad/s")
+    _velocity(figure.add_subplot(grid[1, 2]), scene, 1, "yaw rate, rad/s")
     _reliabilities(figure.add_subplot(grid[2, 2]), scene)
     _steps(figure.add_subplot(grid[3, 2]), scene)
     buffer = BytesIO()
-    canvas.print_png(buffer)
+    figure.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
@@ -115,15 +120,16 @@ def _picture(axes: Axes, scene: RowScene) -> None:
     image = scene.row["image"]
     height, width = image.shape[:2]
     axes.imshow(image, interpolation="bilinear", extent=(0, width, height, 0))
-    for mask, colour, alpha in (
-        (scene.row["trajectory_image"].astype(bool), ARC, 0.5),
-        (scene.dashes, AHEAD, 0.45),
+    for mask, colour, alpha, line in (
+        (scene.row["trajectory_image"].astype(bool), ARC, 0.5, "solid"),
+        (scene.ribbon_ahead, AHEAD, 0.35, "dashed"),
+        (scene.ribbon_beyond, AHEAD, 0.12, "dashed"),
     ):
         if mask.any():
             outline = np.pad(mask, 1).astype(float)
             x, y = np.arange(-1, width + 1) + 0.5, np.arange(-1, height + 1) + 0.5
             axes.contourf(x, y, outline, levels=(0.5, 1.5), colors=[colour], alpha=alpha)
-            axes.contour(x, y, outline, levels=(0.5,), colors=[colour], linewidths=1.2)
+            axes.contour(x, y, outline, levels=(0.5,), colors=[colour], linestyles=line)
     axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])
     _title(axes, f"picture, {width} x {height}, and the ground the trajectory covers")
     axes.set_xlabel(_picture_note(scene), size=SMALL, color="#555555", loc="left", labelpad=5)
@@ -133,45 +139,43 @@ def _picture_note(scene: RowScene) -> str:
     reach = float(np.hypot(*scene.arc[-1, :2]))
     if scene.picture_shows_arc:
         return "orange: the predicted trajectory"
-    if scene.dashes.any():
-        return (
-            f"the trajectory ends {reach:.1f} m ahead, below the picture; "
-            f"dashes: the same arc continued to {CONTINUED_TO_M:.0f} m"
-        )
-    return f"the trajectory ends {reach:.1f} m ahead and is not in the picture"
+    where = f"the trajectory ends {reach:.1f} m from base_link, outside the picture"
+    if scene.ribbon_ahead.any() or scene.ribbon_beyond.any():
+        where += f"; dashed: the same arc\ncontinued to {scene.continued_to:.0f} m"
+    if scene.ribbon_beyond.any():
+        where += ", fainter from the first obstacle in the laser scan on"
+    return where
 
 
 def _from_above(axes: Axes, scene: RowScene) -> None:
-    """x forward is up, y left is left, metres."""
+    """Draw the cloud, scan and arc: forward is up, left is left, metres."""
     points, intensity = scene.row["points"], scene.row["intensity"]
     shown = np.isfinite(points).all(axis=1)
     colours = np.nan_to_num(intensity[shown], nan=0.5)
     x, y, _ = points[shown].T
     axes.scatter(-y, x, c=colours, s=1.2, cmap="viridis", vmin=0, vmax=1, linewidths=0)
-    across, along = _scan_points(scene)
-    axes.plot(across, along, ".", ms=2.4, color=SCAN, label="laser scan")
+    scan = scan_points(scene.row["laser_scan"], scene.recipe)
+    axes.plot(-scan[:, 1], scan[:, 0], ".", ms=2.4, color=SCAN, label="laser scan")
     _footprint(axes, scene)
     axes.plot(-scene.arc[:, 1], scene.arc[:, 0], ".-", color=ARC, lw=2, ms=4, label="trajectory")
     if len(scene.ahead):
-        axes.plot(-scene.ahead[:, 1], scene.ahead[:, 0], "--", color=AHEAD, lw=1.6)
+        axes.plot(
+            -scene.ahead[:, 1], scene.ahead[:, 0], "--", color=AHEAD, lw=1.6, label="continued"
+        )
     axes.set(xlim=(-ASIDE_M, ASIDE_M), ylim=(-BEHIND_M, AHEAD_M), aspect="equal")
     axes.set_xticks((-10, -5, 0, 5, 10), ("10", "5", "0", "-5", "-10"))
     axes.grid(color="#e8e8e8", lw=0.6)
     axes.set_axisbelow(True)
     _plain(axes)
-    axes.legend(loc="lower left", fontsize=SMALL - 1, frameon=False, handletextpad=0.4, ncols=2)
-    _title(axes, f"{np.count_nonzero(shown):,} points from above, by intensity; metres")
-
-
-def _scan_points(scene: RowScene) -> tuple[list[float], list[float]]:
-    scan = scene.row["laser_scan"].astype(np.float64)
-    half = scene.recipe.dataset.points.laser_scan.half_angle
-    angle = -half + (np.arange(scan.size) + 0.5) * (2 * half / scan.size)
-    hit = np.isfinite(scan)
-    return (
-        (-scan[hit] * np.sin(angle[hit])).tolist(),
-        (scan[hit] * np.cos(angle[hit])).tolist(),
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.045),
+        fontsize=SMALL - 0.5,
+        frameon=False,
+        handletextpad=0.4,
+        ncols=3,
     )
+    _title(axes, f"{np.count_nonzero(shown):,} points from above, by intensity; metres")
 
 
 def _footprint(axes: Axes, scene: RowScene) -> None:

@@ -41,7 +41,7 @@ SCENE_COLUMNS = (
 )
 CONTINUED_TO_M = 15.0
 STANDING_M_S = 0.1
-DASH_M = 1.0
+OWN_BODY_M = 0.3
 POSES_A_METRE = 10
 
 
@@ -55,8 +55,10 @@ class RowScene:
         recording: Name of the recording.
         arc: Poses (M, 3) of the predicted trajectory: x, y in metres, yaw in rad, base_link.
         ahead: Poses (K, 3) of the same arc from its end on; empty where it is not continued.
-        dashes: bool (H, W), ``ahead`` in the picture in dashes of one metre; all False where the
-            trajectory itself is in the picture, or the camera's calibration is not recorded.
+        ribbon_ahead: bool (H, W), ``ahead`` in the picture, up to the first obstacle that the
+            laser scan sees on it; all False where ``ahead`` is empty, or the camera's calibration
+            is not recorded.
+        ribbon_beyond: bool (H, W), the same from that obstacle on.
         pixel_aspect: Height of what a pixel sees over its width; 1 for square pixels.
     """
 
@@ -65,7 +67,8 @@ class RowScene:
     recording: str
     arc: Floats
     ahead: Floats
-    dashes: NDArray[np.bool_]
+    ribbon_ahead: NDArray[np.bool_]
+    ribbon_beyond: NDArray[np.bool_]
     pixel_aspect: float
 
     @property
@@ -73,6 +76,14 @@ class RowScene:
         """Linear velocity and yaw rate at the anchor, m/s and rad/s."""
         v, omega = self.row["velocity_history"][-1].tolist()
         return v, omega
+
+    @property
+    def continued_to(self) -> float:
+        """Length of the trajectory with its continuation, metres, 0 without."""
+        if not len(self.ahead):
+            return 0.0
+        drawn = np.concatenate((self.arc, self.ahead))[:, :2]
+        return float(np.linalg.norm(np.diff(drawn, axis=0), axis=1).sum())
 
     @property
     def picture_shows_arc(self) -> bool:
@@ -94,21 +105,30 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
     entry = index.recordings[int(row["recording"])]
     v, omega = row["velocity_history"][-1].tolist()
     horizon = recipe.dataset.horizon
-    ahead, dashes = np.empty((0, 3)), np.zeros(row["trajectory_image"].shape, np.bool_)
     camera = _camera(entry)
+    ahead = np.empty((0, 3))
     if not row["trajectory_image"].any():
         ahead = _continued(v, omega, horizon.steps * horizon.step_s)
-        if camera is not None:
-            dashes = _dashes(ahead, camera, recipe)
+    free = _free_poses(ahead, scan_points(row["laser_scan"], recipe), recipe)
+    nothing = np.zeros(row["trajectory_image"].shape, np.bool_)
     return RowScene(
         row=row,
         recipe=recipe,
         recording=entry.name,
         arc=constant_velocity_arc(v, omega, horizon.steps, horizon.step_s),
         ahead=ahead,
-        dashes=dashes,
+        ribbon_ahead=_ribbon(ahead[: free + 1], camera, recipe) if camera else nothing,
+        ribbon_beyond=_ribbon(ahead[free:], camera, recipe) if camera else nothing,
         pixel_aspect=camera[0].fx / camera[0].fy if camera else 1.0,
     )
+
+
+def scan_points(scan: NDArray[np.float32], recipe: DatasetRecipe) -> Floats:
+    """The points (K, 2) of a laser scan in base_link, metres; empty rays give none."""
+    half = recipe.dataset.points.laser_scan.half_angle
+    angle = -half + (np.arange(scan.size) + 0.5) * (2 * half / scan.size)
+    points = scan[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+    return np.asarray(points[np.isfinite(scan)], np.float64)
 
 
 def _camera(entry: RecordingEntry) -> tuple[Intrinsics, Transform] | None:
@@ -136,14 +156,24 @@ def _continued(v: float, omega: float, horizon_s: float) -> Floats:
     return poses[np.arange(parts + 1) * (last_s / parts) >= horizon_s]
 
 
-def _dashes(
-    ahead: Floats, camera: tuple[Intrinsics, Transform], recipe: DatasetRecipe
+def _free_poses(ahead: Floats, obstacles: Floats, recipe: DatasetRecipe) -> int:
+    """How many poses of the continued arc come before the first obstacle on it.
+
+    An obstacle counts at the pose that it is nearest to; returns from the robot itself do not.
+    """
+    if not len(ahead) or not len(obstacles):
+        return len(ahead)
+    apart = np.linalg.norm(obstacles[:, None] - ahead[None, :, :2], axis=-1)
+    nearest = apart.argmin(axis=1)
+    size = recipe.robot.footprint
+    own = (np.abs(obstacles) < (size.length / 2 + OWN_BODY_M, size.width / 2 + OWN_BODY_M)).all(1)
+    on_it = (apart.min(axis=1) < size.width / 2) & (nearest > 0) & ~own
+    return int(nearest[on_it].min(initial=len(ahead)))
+
+
+def _ribbon(
+    poses: Floats, camera: tuple[Intrinsics, Transform], recipe: DatasetRecipe
 ) -> NDArray[np.bool_]:
     intrinsics, base_from_camera = camera
-    drawn = np.zeros((intrinsics.height, intrinsics.width), np.bool_)
     height, width = recipe.robot.base_height, recipe.robot.footprint.width
-    length = int(DASH_M * POSES_A_METRE)
-    for start in range(0, len(ahead) - 1, 2 * length):
-        dash = ahead[start : start + length + 1]
-        drawn |= trajectory_image(dash, intrinsics, base_from_camera, height, width)
-    return drawn
+    return trajectory_image(poses, intrinsics, base_from_camera, height, width)

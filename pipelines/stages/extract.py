@@ -17,7 +17,7 @@ from graspe_data.recordings.synchronised import synchronise
 from graspe_data.robot import Intrinsics
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter
-from pipelines.motion_files import motion_series, write_motion
+from pipelines.motion_files import MOTION_FILE, motion_series, write_motion
 from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
@@ -38,6 +38,8 @@ class ExtractRecord(StageRecord):
     """The record of an extract stage."""
 
     recording: str
+    motion: str
+    """SHA-256 of the motion file."""
     lost: dict[str, int]
     losses: tuple[LossRecord, ...]
     offsets_ns: dict[str, int]
@@ -45,6 +47,11 @@ class ExtractRecord(StageRecord):
     """Of the stored picture."""
     base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     """Rotation, row by row, and translation."""
+
+    @property
+    def files(self) -> dict[str, str]:
+        """SHA-256 of every file of the stage, by file name."""
+        return {**super().files, MOTION_FILE: self.motion}
 
 
 def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
@@ -95,13 +102,14 @@ def extract(
             lost = reading.run(writer)
             digests = writer.digests()
             rows = writer.rows
-        write_motion(folder, motion_series(synchronised, recipe.robot.base_frame))
+        motion = write_motion(folder, motion_series(synchronised, recipe.robot.base_frame))
         losses = dict.fromkeys((*synchronised.tracks.losses, *recording.losses))
     record = ExtractRecord(
         stage="extract",
         key=extract_key(recipe, recording_digest),
         rows=rows,
         columns=digests,
+        motion=motion,
         recording=source.name,
         lost=dict(sorted((Counter(plan.lost) + lost).items())),
         losses=tuple(_loss_record(loss) for loss in losses),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.errors import RecordingError
+from graspe_data.errors import ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.observe_points import observe_points
 from graspe_data.observation.point_sample import row_seed
@@ -25,6 +25,8 @@ from pipelines.episode import EpisodeWriter
 
 Values = Mapping[str, NDArray[np.generic] | float]
 Mask = NDArray[np.bool_]
+
+NOT_READ_AGAIN = "not found again in the second pass"
 
 
 class SecondPass:
@@ -59,48 +61,51 @@ class SecondPass:
 
     def run(self, writer: EpisodeWriter) -> Counter[str]:
         """Write the rows, drop those that could not be made, and count these by reason."""
-        plan, image_topic = self.synchronised.plan, self.recipe.robot.topics.image
-        pictured, clouded = np.zeros(plan.rows, np.bool_), plan.points < 0
-        for row in np.flatnonzero(clouded & self.wanted).tolist():
+        plan, topics = self.synchronised.plan, self.recipe.robot.topics
+        missing = {
+            topics.image: self.wanted.copy(),
+            topics.points: self.wanted & (plan.points >= 0),
+        }
+        for row in np.flatnonzero(self.wanted & (plan.points < 0)).tolist():
             writer.write(row, self._point_columns(_NO_CLOUD))
+        reasons: dict[int, str] = {}
         ordinals = dict.fromkeys(self._waiting, -1)
         for raw in self.recording.messages(list(self._waiting)) if self.wanted.any() else ():
             ordinals[raw.topic] += 1
-            rows = self._waiting[raw.topic].get(ordinals[raw.topic], [])
-            values = self._decode(raw) if rows else None
-            if values is None:
+            rows = self._waiting[raw.topic].get(ordinals[raw.topic])
+            if rows is None:
+                continue
+            values = self._decode(raw)
+            if isinstance(values, str):
+                reasons |= dict.fromkeys(rows, values)
                 continue
             for row in rows:
                 writer.write(row, values)
-            (pictured if raw.topic == image_topic else clouded)[rows] = True
-        return self._drop_unmade(writer, pictured, clouded)
+            missing[raw.topic][rows] = False
+        unmade = missing[topics.image] | missing[topics.points]
+        if not (self.wanted & ~unmade).all():
+            writer.keep(np.flatnonzero(self.wanted & ~unmade))
+        return Counter(reasons.get(row, NOT_READ_AGAIN) for row in np.flatnonzero(unmade).tolist())
 
-    def _drop_unmade(self, writer: EpisodeWriter, pictured: Mask, clouded: Mask) -> Counter[str]:
-        made = pictured & clouded & self.wanted
-        if not made.all():
-            writer.keep(np.flatnonzero(made))
-        return +Counter(
-            {
-                "picture does not decode": int(np.count_nonzero(self.wanted & ~pictured)),
-                "cloud does not decode": int(np.count_nonzero(self.wanted & pictured & ~clouded)),
-            }
-        )
-
-    def _decode(self, raw: RawMessage) -> Values | None:
+    def _decode(self, raw: RawMessage) -> Values | str:
+        """The columns that a message gives, or the reason why it gives none."""
+        picture = raw.topic == self.recipe.robot.topics.image
         try:
             message = self.recording.decode(raw)
-            if raw.topic != self.recipe.robot.topics.image:
+            if not picture:
                 return self._point_columns(self._decode_points(message))
             kind = self.recording.topics[raw.topic].message_type
             return self._picture_columns(decode_image(message, kind, raw.topic))
-        except RecordingError:
-            return None
+        except (RecordingError, ObservationError):
+            return "picture does not decode" if picture else "cloud does not decode"
 
-    def _picture_columns(self, picture: Picture) -> Values | None:
-        height, width, _ = picture.rgb.shape
-        source = self.rectifier.source if self.rectifier else None
-        if self.rectifier is None or source is None or (source.width, source.height) != (width, height):
-            return None
+    def _picture_columns(self, picture: Picture) -> Values | str:
+        if self.rectifier is None:
+            return NOT_READ_AGAIN
+        source, (height, width, _) = self.rectifier.source, picture.rgb.shape
+        if (source.width, source.height) != (width, height):
+            expected = f"{source.width}x{source.height}"
+            return f"picture is {width}x{height}, the calibration is for {expected}"
         if self.base_from_camera is None:
             camera = self.recipe.robot.camera
             self.base_from_camera = self._mount(camera.mounting, camera.frame or picture.frame)
@@ -144,9 +149,9 @@ class SecondPass:
         if calibration is None:
             topic = self.recipe.robot.topics.camera_info
             raise RecordingError(
-                f"{self.recording.path}: no CameraInfo on {topic or 'any declared topic'}. Name its "
-                f"topic under `topics.camera_info`, or give `camera.intrinsics`, in the robot "
-                f"manifest."
+                f"{self.recording.path}: no CameraInfo on {topic or 'any declared topic'}. Name "
+                f"its topic under `topics.camera_info`, or give `camera.intrinsics`, in the "
+                f"robot manifest."
             )
         return calibration.intrinsics
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.picture_limits import check_size
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import CameraCalibration
 from graspe_data.robot import Intrinsics
 
@@ -31,6 +32,7 @@ _MODELS: Final = {
 }
 
 
+@refuses_unfit_messages
 def decode_calibration(message: Any, topic: str, *, rectified: bool = False) -> CameraCalibration:
     """Decode a sensor_msgs/CameraInfo; ``K``/``k`` and ``D``/``d`` as ROS 1 and ROS 2 spell them.
 

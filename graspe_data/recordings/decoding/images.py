@@ -12,6 +12,7 @@ from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.compressed_pictures import decode_compressed
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.picture_limits import check_size
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import Picture
 
 IMAGE: Final = "sensor_msgs/msg/Image"
@@ -53,6 +54,7 @@ _ENCODINGS: Final = {
 }
 
 
+@refuses_unfit_messages
 def decode_image(
     message: Any, message_type: str, topic: str, minimum_size: tuple[int, int] | None = None
 ) -> Picture:

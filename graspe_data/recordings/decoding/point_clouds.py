@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import PointCloud
 
 INTENSITY_NAMES: Final = ("intensity", "intensities", "i", "reflectivity")
@@ -21,6 +22,7 @@ _TYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 
 Floats32 = NDArray[np.float32]
 
 
+@refuses_unfit_messages
 def decode_points(message: Any, topic: str) -> PointCloud:
     """Decode a sensor_msgs/PointCloud2.
 

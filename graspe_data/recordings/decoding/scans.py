@@ -9,9 +9,11 @@ import numpy as np
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import PlanarScan
 
 
+@refuses_unfit_messages
 def decode_scan(message: Any, topic: str) -> PlanarScan:
     """Decode a sensor_msgs/LaserScan; ranges stay as published, NaN and infinite ones included.
 

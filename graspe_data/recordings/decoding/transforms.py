@@ -6,9 +6,11 @@ from typing import Any
 
 from graspe_data.recordings.decoding.header import stamp_ns
 from graspe_data.recordings.decoding.motion import quaternion, vector
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import StampedTransform
 
 
+@refuses_unfit_messages
 def decode_transforms(message: Any) -> list[StampedTransform]:
     """Decode a tf2_msgs/TFMessage or a tf/tfMessage; frame names stay as published."""
     return [

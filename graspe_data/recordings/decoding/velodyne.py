@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.sensor_data import PointCloud
 
 VELODYNE_SCAN: Final = "velodyne_msgs/msg/VelodyneScan"
 
-# Packet layout, VLP-16 user manual 63-9243, section 9.3: twelve blocks of a flag, an azimuth in
+# Packet layout, VLP-16 user manual (63-9243): twelve blocks of a flag, an azimuth in
 # hundredths of a degree and 32 returns; then the time, the return mode and the product.
 _PACKET_BYTES: Final = 1206
 _BLOCKS, _BLOCK_BYTES, _RETURNS_A_PACKET = 12, 100, 384
@@ -49,6 +50,7 @@ class VelodyneDecoder:
             )
         self._model = model
 
+    @refuses_unfit_messages
     def decode(self, message: Any, topic: str) -> PointCloud:
         """Decode a scan; the result depends on this message alone.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graspe_data.observation.point_sample import front, row_seed, sample_points
@@ -11,6 +11,7 @@ POINTS = np.arange(3000, dtype=np.float32).reshape(1000, 3)
 VALUES = np.arange(1000, dtype=np.float32)
 
 
+@settings(deadline=None)
 @given(count=st.integers(1, 1500), seed=st.integers(0, 2**64 - 1))
 def test_draws_without_replacement_in_order_and_pads_with_nan(count: int, seed: int) -> None:
     found = sample_points(POINTS, VALUES, VALUES, count, seed)

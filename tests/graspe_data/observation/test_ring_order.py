@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ def test_rings_follow_each_other_and_azimuth_grows_within_each(cloud: PointCloud
         assert np.all(np.diff(azimuth[start:stop]) > -1e-5)
 
 
+@settings(deadline=None)
 @given(
     xyz=hnp.arrays(np.float32, st.tuples(st.integers(0, 30), st.just(3)), elements=FEW_VALUES),
     data=st.data(),

@@ -19,10 +19,12 @@ Room = Callable[..., tuple[NDArray[np.float32], NDArray[np.int32]]]
 VLP_16 = np.arange(-15, 16, 2.0)
 NEAR_LEVEL = np.arange(-4, 2) + np.array([[0], [1], [2]]) / 3
 VLP_32C = np.sort(
-    np.append(
-        NEAR_LEVEL.round(3),
-        [-25, -15.639, -11.31, -8.843, -7.254, -6.148, -5.333]
-        + [-4.667, 2.333, 3.333, 4.667, 7, 10.333, 15],
+    np.concatenate(
+        (
+            [-25, -15.639, -11.31, -8.843, -7.254, -6.148, -5.333, -4.667],
+            NEAR_LEVEL.round(3).ravel(),
+            [2.333, 3.333, 4.667, 7, 10.333, 15],
+        )
     )
 )
 EVEN_64 = np.linspace(-22.5, 22.5, 64)

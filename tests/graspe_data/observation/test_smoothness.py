@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -26,6 +26,7 @@ def _slowly(
     return c
 
 
+@settings(deadline=None)
 @given(
     lengths=st.lists(st.integers(1, 25), min_size=1, max_size=6),
     neighbours=st.integers(1, 6),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
@@ -25,6 +25,7 @@ def test_a_quarter_of_a_circle() -> None:
     assert end == pytest.approx([1.0, 1.0, np.pi / 2])
 
 
+@settings(deadline=None)
 @given(v=SPEEDS, omega=RATES)
 def test_agrees_with_integration(v: float, omega: float) -> None:
     fine = 20_000
@@ -33,6 +34,7 @@ def test_agrees_with_integration(v: float, omega: float) -> None:
     assert constant_velocity_arc(v, omega)[-1, :2] == pytest.approx(expected, abs=1e-6)
 
 
+@settings(deadline=None)
 @given(v=SPEEDS, omega=st.floats(0, 1e-5))
 def test_is_continuous_where_the_yaw_rate_vanishes(v: float, omega: float) -> None:
     found = constant_velocity_arc(v, omega)

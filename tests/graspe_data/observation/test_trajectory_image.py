@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -23,6 +23,7 @@ def _projected(
     return np.asarray(seen @ camera.matrix.T)
 
 
+@settings(deadline=None)
 @given(x=st.floats(-5, 20), y=st.floats(-5, 5))
 def test_the_homography_is_the_projection_of_the_ground(x: float, y: float) -> None:
     camera = Intrinsics(width=320, height=240, fx=250.0, fy=240.0, cx=150.0, cy=119.5)
@@ -70,6 +71,7 @@ def test_turning_left_is_the_mirror_of_turning_right(
     assert left[:, :160].sum() > 2 * left[:, 160:].sum()
 
 
+@settings(deadline=None)
 @given(v=st.floats(-2, 2), omega=st.floats(-2, 2), width=st.floats(0.1, 1.0))
 def test_a_pixel_is_drawn_where_its_ground_is_within_half_the_width(
     v: float, omega: float, width: float

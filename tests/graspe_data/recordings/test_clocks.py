@@ -33,7 +33,8 @@ def test_header_stamps_are_the_time_by_default() -> None:
 
 
 def test_a_constant_skew_is_refused_with_the_offset_to_declare() -> None:
-    with pytest.raises(RecordingError, match=r"/lidar against /camera.*169\.980 s.*offset_s: 169\.980"):
+    advice = r"/lidar against /camera.*169\.980 s.*offset_s: 169\.980"
+    with pytest.raises(RecordingError, match=advice):
         aligned(track("/lidar", BAG - 170 * SECOND), Clock())
 
 

@@ -36,7 +36,8 @@ def series(
 
 
 def at(*seconds: float) -> NDArray[np.int64]:
-    return np.rint(np.array(seconds) * SECOND).astype(np.int64)
+    stamps: NDArray[np.int64] = np.rint(np.array(seconds) * SECOND).astype(np.int64)
+    return stamps
 
 
 def test_poses_and_velocities_are_interpolated_between_neighbours() -> None:

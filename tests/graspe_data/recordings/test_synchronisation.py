@@ -108,9 +108,7 @@ def test_without_a_cloud_within_the_tolerance_there_is_no_row() -> None:
 
 def test_a_row_without_a_cloud_is_kept_and_marked_where_clouds_are_not_required() -> None:
     settings = SETTINGS.model_copy(update={"points_required": False})
-    made = plan_rows(
-        stamps(0, 5, 10), stamps(0, 5, 5), odometry(stamps(0, 5, 50)), settings
-    )
+    made = plan_rows(stamps(0, 5, 10), stamps(0, 5, 5), odometry(stamps(0, 5, 50)), settings)
     assert "no cloud within the tolerance" not in made.lost
     assert np.count_nonzero(made.points < 0) == 18
 

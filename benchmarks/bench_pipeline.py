@@ -1,0 +1,198 @@
+"""Recording to shards against the bare floor; two workers against one; memory against length."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from rosbags.highlevel import AnyReader
+
+from benchmarks.long_recording import LoopedDrive
+from benchmarks.measurement import Measurement, render_table
+from graspe_data.shards.dataset_manifest import read_index
+from pipelines.build import build_dataset
+from pipelines.dataset_settings import DatasetRecipe, SplitSettings, load_recipe
+from pipelines.executors import Workers, one_thread
+from pipelines.progress import Silent
+
+REPEATS = 3
+FORMATS = {7: "f4", 4: "u2"}
+
+
+def bench_recipe() -> DatasetRecipe:
+    """The paper's dataset with all rows in one split."""
+    recipe = load_recipe("graspe")
+    split = SplitSettings(train=1, validation=0, test=0)
+    return recipe.model_copy(
+        update={"dataset": recipe.dataset.model_copy(update={"split": split})}
+    )
+
+
+def floor(recording: Path, target: Path, row_bytes: int) -> int:
+    """Read, deserialise, decode, resize, cloud to array, write as many bytes a picture.
+
+    The least that any converter does with the same libraries in one thread: no synchronisation,
+    no reliability, no digests, nothing checked.
+    """
+    rows = 0
+    with AnyReader([recording]) as reader, target.open("wb") as file:
+        for connection, _, data in reader.messages():
+            message: Any = reader.deserialize(data, connection.msgtype)
+            if connection.msgtype.endswith("CompressedImage"):
+                picture = cv2.imdecode(message.data, cv2.IMREAD_COLOR_RGB)
+                small = cv2.resize(picture, (320, 240), interpolation=cv2.INTER_AREA)
+                file.write(small.data)
+                file.write(bytes(max(0, row_bytes - small.nbytes)))
+                rows += 1
+            elif connection.msgtype.endswith("PointCloud2"):
+                _cloud(message)
+        file.flush()
+        os.fsync(file.fileno())
+    return rows
+
+
+def _cloud(message: Any) -> np.ndarray[Any, np.dtype[np.float32]]:
+    layout = np.dtype(
+        {
+            "names": [field.name for field in message.fields],
+            "formats": [FORMATS[field.datatype] for field in message.fields],
+            "offsets": [field.offset for field in message.fields],
+            "itemsize": message.point_step,
+        }
+    )
+    points = np.frombuffer(message.data, layout)
+    return np.stack([points["x"], points["y"], points["z"]], axis=1)
+
+
+def timed(work: Callable[[], object]) -> float:
+    """Seconds that some work takes."""
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def build(recordings: list[Path], out: Path, processes: int) -> int:
+    """Build a dataset and return its rows."""
+    result = build_dataset(bench_recipe(), recordings, out, Workers(processes), Silent())
+    return result.index.rows("train")
+
+
+def bench_against_floor(folder: Path, looped: LoopedDrive, seconds: int) -> list[Measurement]:
+    """All stages against the floor, in turns, the best of each."""
+    recording = folder / "one.bag"
+    looped.write(recording, "bag", seconds)
+    rows = build([recording], folder / "warm", 1)
+    index = read_index(folder / "warm")
+    row_bytes = sum(shard.bytes for shard in index.shards("train")) // rows
+    ours, bare = [], []
+    for repeat in range(REPEATS):
+        bare.append(timed(lambda: floor(recording, folder / "floor", row_bytes)))
+        out = folder / f"out{repeat}"
+        ours.append(timed(lambda out=out: build([recording], out, 1)))  # type: ignore[misc]
+    pictures = floor(recording, folder / "floor", row_bytes)
+    note = (
+        f"{seconds} s, 640x480 JPEG, VLP-16 28,800 points, 10 Hz, {row_bytes / 1000:.0f} kB a row, "
+        f"{recording.stat().st_size / 1e6:.0f} MB; best of {REPEATS}"
+    )
+    return [
+        Measurement(
+            name="recording to shards, all stages",
+            value=min(ours) / rows * 1000,
+            unit="ms/row",
+            peer="floor: read, decode, write",
+            peer_value=min(bare) / pictures * 1000,
+            target=2.5,
+            better="lower",
+            note=note,
+        ),
+        Measurement(
+            name="recording to shards",
+            value=min(ours) / (recording.stat().st_size / 1e9),
+            unit="s/GB",
+            note="one process",
+        ),
+    ]
+
+
+def bench_workers(folder: Path, looped: LoopedDrive, seconds: int) -> Measurement:
+    """Two local processes against one, over eight recordings."""
+    recordings = [folder / f"part{number}.bag" for number in range(8)]
+    for number, recording in enumerate(recordings):
+        looped.write(recording, "bag", seconds + 4 * (number % 2))
+    times = {1: [], 2: []}  # type: dict[int, list[float]]
+    for repeat in range(2):
+        for processes in (1, 2):
+            out = folder / f"workers{processes}-{repeat}"
+            command = [sys.executable, "-m", "benchmarks.bench_pipeline", "build", str(processes)]
+            run = [*command, str(out), *map(str, recordings)]
+            times[processes].append(timed(lambda run=run: subprocess.run(run, check=True)))  # type: ignore[misc]
+    return Measurement(
+        name="two workers against one",
+        value=1 / min(times[2]),
+        unit="builds/s",
+        peer="one worker",
+        peer_value=1 / min(times[1]),
+        target=1.8,
+        note=f"8 recordings of {seconds} s or so; whole commands, start of the processes included",
+    )
+
+
+def bench_memory(folder: Path, looped: LoopedDrive, seconds: int) -> Measurement:
+    """Peak memory of a build in a process of its own, for a recording and one ten times longer."""
+    peaks = []
+    for length in (seconds, 10 * seconds):
+        recording = folder / f"long{length}.bag"
+        looped.write(recording, "bag", length)
+        command = [sys.executable, "-m", "benchmarks.bench_pipeline", "build", "1"]
+        run = [*command, str(folder / f"memory{length}"), str(recording)]
+        answer = subprocess.run(run, check=True, capture_output=True, text=True)
+        peaks.append(json.loads(answer.stdout)["peak_mb"])
+        recording.unlink()
+    return Measurement(
+        name="peak memory, recording ten times longer",
+        value=peaks[1],
+        unit="MB",
+        peer=f"{seconds} s",
+        peer_value=peaks[0],
+        target=1.1,
+        better="lower",
+        note=f"{10 * seconds} s against {seconds} s, one process",
+    )
+
+
+def run(quick: bool) -> list[Measurement]:
+    """All measurements of the pipeline."""
+    one_thread()
+    looped = LoopedDrive()
+    seconds = 20 if quick else 60
+    with tempfile.TemporaryDirectory(prefix="graspe-bench-") as name:
+        folder = Path(name)
+        measured = bench_against_floor(folder, looped, seconds)
+        measured.append(bench_workers(folder, looped, seconds))
+        measured.append(bench_memory(folder, looped, 40))
+    return measured
+
+
+def main() -> None:
+    """Build in this process and say its peak memory, or run the benchmark."""
+    if sys.argv[1:2] == ["build"]:
+        one_thread()
+        rows = build([Path(path) for path in sys.argv[4:]], Path(sys.argv[3]), int(sys.argv[2]))
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
+        print(json.dumps({"rows": rows, "peak_mb": peak}))
+    else:
+        print(render_table(run("--quick" in sys.argv)))
+
+
+if __name__ == "__main__":
+    main()

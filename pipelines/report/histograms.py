@@ -1,0 +1,144 @@
+"""Distributions of scalar columns, over all splits on the same bins, and their drawing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, PercentFormatter
+from numpy.typing import NDArray
+
+from graspe_data.geometry import Floats
+from pipelines.report.row_blocks import row_blocks
+
+SPLIT_COLOURS = ("#4c8dcb", "#e08a2e", "#4aa564", "#a06cc0", "#888888")
+BINS = 32
+INK = "#010203"
+"""Stands for the page's own colour of text until the drawing is written."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column to draw: what a unit on the axis is worth, and its range where that is known."""
+
+    column: str
+    label: str
+    unit: float = 1.0
+    limits: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """Rows in each bin, by split; ``edges`` (B + 1,) in the quantity's unit."""
+
+    quantity: Quantity
+    edges: Floats
+    counts: dict[str, NDArray[np.int64]]
+
+
+def histograms(
+    folder: Path, splits: Collection[str], quantities: Sequence[Quantity]
+) -> list[Histogram]:
+    """Count the rows of each split in each bin.
+
+    Raises:
+        ShardError: A shard is missing or damaged, or a column is not there.
+    """
+    edges = _edges(folder, splits, quantities)
+    made = [
+        Histogram(quantity, edges[quantity.column], {s: np.zeros(BINS, np.int64) for s in splits})
+        for quantity in quantities
+    ]
+    for split in splits:
+        for block in row_blocks(folder, split, [quantity.column for quantity in quantities]):
+            for histogram in made:
+                values = block.columns[histogram.quantity.column] / histogram.quantity.unit
+                inside = np.clip(values, histogram.edges[0], histogram.edges[-1])
+                histogram.counts[split][:] += np.histogram(inside, histogram.edges)[0]
+    return made
+
+
+def _edges(
+    folder: Path, splits: Collection[str], quantities: Sequence[Quantity]
+) -> dict[str, Floats]:
+    limits = {quantity.column: quantity.limits for quantity in quantities}
+    unknown = {quantity.column: quantity.unit for quantity in quantities if not quantity.limits}
+    for split in splits:
+        for block in row_blocks(folder, split, unknown):
+            for column, unit in unknown.items():
+                values = block.columns[column] / unit
+                low, high = limits[column] or (np.inf, -np.inf)
+                limits[column] = (min(low, values.min()), max(high, values.max()))
+    return {column: _bins(*(limit or (0.0, 1.0))) for column, limit in limits.items()}
+
+
+def _bins(low: float, high: float) -> Floats:
+    """Bins over a range, which is widened where it is a point."""
+    if high <= low:
+        room = max(0.5, abs(low) / 20)
+        low, high = low - room, high + room
+    return np.linspace(low, high, BINS + 1)
+
+
+def split_colours(splits: Sequence[str]) -> dict[str, str]:
+    """A colour for each split."""
+    return {
+        split: SPLIT_COLOURS[number % len(SPLIT_COLOURS)] for number, split in enumerate(splits)
+    }
+
+
+def histogram_svg(histogram: Histogram, colours: Mapping[str, str]) -> Markup:
+    """Draw a histogram as SVG to put into a page; its lines and text take the page's colour."""
+    style: Any = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": histogram.quantity.column,
+        "text.color": INK,
+        "axes.edgecolor": INK,
+        "axes.labelcolor": INK,
+        "xtick.color": INK,
+        "ytick.color": INK,
+        "font.size": 8.5,
+    }
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(3.7, 1.9), layout="constrained")
+        figure.patch.set_visible(False)
+        _draw(figure.add_subplot(), histogram, colours)
+        buffer = StringIO()
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(buffer, format="svg", metadata=nothing)
+    return _for_page(buffer.getvalue(), histogram.quantity.column)
+
+
+def _draw(axes: Axes, histogram: Histogram, colours: Mapping[str, str]) -> None:
+    for split, counts in histogram.counts.items():
+        share = counts / max(1, counts.sum())
+        axes.stairs(share, histogram.edges, fill=True, color=colours[split], alpha=0.2)
+        axes.stairs(share, histogram.edges, color=colours[split], lw=1.2)
+    axes.set_xlabel(histogram.quantity.label)
+    axes.ticklabel_format(axis="x", useOffset=False)
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.set_xlim(histogram.edges[0], histogram.edges[-1])
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.patch.set_visible(False)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _for_page(svg: str, name: str) -> Markup:
+    """The <svg> element alone, without namespaces, which HTML does not need; ids made unique."""
+    element = svg[svg.index("<svg") :]
+    element = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", element)
+    element = re.sub(r"<metadata>.*?</metadata>", "", element, flags=re.DOTALL)
+    element = re.sub(r'\sid="', f' id="{name}-', element)
+    element = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", element)
+    element = element.replace("xlink:href", "href").replace(INK, "currentColor")
+    return Markup(element)  # noqa: S704

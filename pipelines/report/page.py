@@ -1,0 +1,162 @@
+"""One HTML page about a dataset: balance, losses, distributions, sample rows, configuration."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from graspe_data.shards.atomic_file import write_atomically
+from graspe_data.shards.dataset import Dataset
+from graspe_data.shards.dataset_manifest import DatasetIndex, canonical_json, read_index
+from pipelines.report.balance import Balance, SplitBalance, split_balance
+from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours
+from pipelines.report.row_picture import draw_row
+from pipelines.report.row_scene import SCENE_COLUMNS, RowScene, row_scene
+from pipelines.report.samples import choose_samples
+
+NOTICEABLE = 0.05
+SPLITS = ("train", "validation", "test")
+QUANTITIES = (
+    Quantity("r_img", "r_img, reliability of the picture (2)", limits=(0, 1)),
+    Quantity("r_bright", "r_bright, brightness (1)", limits=(0, 1)),
+    Quantity("r_corners", "r_corners, texture", limits=(0, 1)),
+    Quantity("r_point", "r_point, reliability of the cloud (5)", limits=(0, 1)),
+    Quantity("r_planar", "r_planar, share of planar points (4)", limits=(0, 1)),
+    Quantity("r_edge", "r_edge, share of edge points (4)", limits=(0, 1)),
+    Quantity("points_age_ns", "age of the cloud at the picture, ms", unit=1e6),
+    Quantity("odometry_age_ns", "age of the odometry at the picture, ms", unit=1e6),
+    Quantity("point_count", "points in a row"),
+)
+
+
+def write_report(folder: Path, page: Path) -> None:
+    """Write the report of a dataset: one HTML file that needs nothing else.
+
+    Args:
+        folder: The dataset's folder.
+        page: The file to write.
+
+    Raises:
+        ShardError: No valid dataset there, a shard is damaged, or the page cannot be written.
+        ManifestError: The dataset's configuration does not validate.
+    """
+    index = read_index(folder)
+    environment = Environment(
+        loader=PackageLoader("pipelines", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"thousands": "{:,}".format, "percent": _percent}
+    text = environment.get_template("page.html.jinja").render(_content(folder, index))
+    write_atomically(page, [text.encode("utf-8")])
+
+
+def _content(folder: Path, index: DatasetIndex) -> dict[str, Any]:
+    """What the template shows."""
+    splits = sorted(index.splits, key=lambda s: (SPLITS.index(s) if s in SPLITS else 99, s))
+    filled = [split for split in splits if index.rows(split)]
+    balances = {split: split_balance(folder, index, split) for split in splits}
+    colours = split_colours(splits)
+    return {
+        "index": index,
+        "folder": folder.resolve().name,
+        "balances": balances,
+        "total": _sum([balance.whole for balance in balances.values()]),
+        "recordings": _recordings(index, balances),
+        "notices": _notices(index, balances),
+        "colours": {split: colours[split] for split in filled},
+        "charts": [histogram_svg(h, colours) for h in histograms(folder, filled, QUANTITIES)],
+        "samples": _samples(folder, index, filled),
+        "configuration": canonical_json(dict(index.configuration)),
+    }
+
+
+def _percent(part: int, whole: int) -> str:
+    if not whole:
+        return "-"
+    share = 100 * part / whole
+    return f"{share:.0f} %" if share in (0, 100) else f"{min(max(share, 0.1), 99.9):.1f} %"
+
+
+def _sum(balances: Sequence[Balance]) -> Balance:
+    nothing = Balance(0, 0, 0, 0, 0, 0)
+    columns = zip(*(vars(balance).values() for balance in (nothing, *balances)), strict=True)
+    return Balance(*(sum(column) for column in columns))
+
+
+def _recordings(index: DatasetIndex, balances: Mapping[str, SplitBalance]) -> list[dict[str, Any]]:
+    """Each recording with its balance and what ``dataset.json`` tells of it."""
+    return [
+        {
+            "entry": entry,
+            "balance": _sum(
+                [
+                    split.recordings[number]
+                    for split in balances.values()
+                    if number in split.recordings
+                ]
+            ),
+            "refused": entry.details.get("refused"),
+            "damage": entry.details.get("damage") or [],
+            "offsets": _nonzero(entry.details.get("offsets_ns")),
+            "events": _nonzero(entry.details.get("events")),
+            "not_judged": entry.details.get("not_judged") or {},
+            "annotated": entry.details.get("annotated"),
+        }
+        for number, entry in enumerate(index.recordings)
+    ]
+
+
+def _nonzero(counts: Any) -> dict[str, Any]:
+    return {key: n for key, n in counts.items() if n} if isinstance(counts, dict) else {}
+
+
+def _notices(index: DatasetIndex, balances: Mapping[str, SplitBalance]) -> list[str]:
+    """What a reader should not miss."""
+    notices = [f"The split {s} has no rows." for s, b in balances.items() if not b.whole.rows]
+    if not any(balance.whole.rows_failing for balance in balances.values()):
+        notices.append("No row fails: a model cannot learn failure from this dataset alone.")
+    refused = sum("refused" in entry.details for entry in index.recordings)
+    damaged = sum(bool(entry.details.get("damage")) for entry in index.recordings)
+    if refused:
+        notices.append(f"{refused} of {len(index.recordings)} recordings were refused.")
+    if damaged:
+        notices.append(f"{damaged} of {len(index.recordings)} recordings are damaged in part.")
+    return notices
+
+
+def _samples(folder: Path, index: DatasetIndex, splits: Sequence[str]) -> list[dict[str, Any]]:
+    datasets = {split: Dataset(folder, split, SCENE_COLUMNS) for split in splits}
+    return [
+        {
+            "title": group.title,
+            "rows": [
+                _sample(index, datasets[choice.split], choice.split, choice.row)
+                for choice in group.rows
+            ],
+        }
+        for group in choose_samples(folder, splits)
+    ]
+
+
+def _sample(index: DatasetIndex, dataset: Dataset, split: str, row: int) -> dict[str, str]:
+    scene = row_scene(index, dataset.row(row))
+    picture = draw_row(scene, f"{split} row {row}")
+    encoded = base64.b64encode(picture).decode("ascii")
+    return {"source": f"data:image/png;base64,{encoded}", "caption": _caption(scene, split, row)}
+
+
+def _caption(scene: RowScene, split: str, row: int) -> str:
+    caption = f"{scene.recording}, {split} row {row}, stamp {int(scene.row['stamp_ns'])} ns."
+    if abs(scene.pixel_aspect - 1) > NOTICEABLE:
+        caption += (
+            f" As stored, the picture is {scene.pixel_aspect:.2f} times as wide for its height as "
+            f"what it shows."
+        )
+    return caption

@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graspe_data.errors import RecordingError
+from graspe_data.manifest import load_manifest
+from graspe_data.recordings import RecordingWriter
+from graspe_data.recordings.manifest_lines import ManifestLine, manifest_text
+from graspe_data.recordings.message_types import message_classes
+from graspe_data.recordings.scaffolding import scaffold_robot
+from graspe_data.robot import Intrinsics, Mounting, Robot
+from graspe_data.simulation.plain_world import Trunk, World
+from graspe_data.simulation.scripted_drive import Leg, drive
+from graspe_data.simulation.scripted_recording import (
+    BASE_HEIGHT,
+    DriveMessages,
+    Sensors,
+    record_drive,
+)
+
+Load = Callable[[Path], tuple[str, Robot]]
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Load:
+    """Scaffold a recording; gives the text and the manifest that it loads as."""
+
+    def scaffold(recording: Path) -> tuple[str, Robot]:
+        text = scaffold_robot(recording)
+        path = tmp_path / "robot.yaml"
+        path.write_text(text, encoding="utf-8")
+        return text, load_manifest(path, Robot)
+
+    return scaffold
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    path = tmp_path / "Forest walk.mcap"
+    world = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=())
+    sensors = Sensors(camera_rate=5, lidar_rate=5, width=80, height=60)
+    record_drive(path, "mcap", world, drive((Leg(2.0, 0.6, 0.1),)), sensors, 0)
+    return path
+
+
+def test_a_whole_recording_gives_the_robot_that_made_it(load: Load, recorded: Path) -> None:
+    text, robot = load(recorded)
+    assert robot.name == "forest_walk"
+    assert robot.topics.image == "/camera/color/image_raw/compressed"
+    assert robot.topics.points == "/velodyne_points"
+    assert robot.topics.odometry == "/spot/odometry"
+    assert robot.topics.command == "/cmd_vel"
+    assert robot.topics.imu == "/imu/data"
+    assert (robot.base_frame, robot.odometry_frame) == ("base_link", "odom")
+    assert robot.base_height == pytest.approx(BASE_HEIGHT, abs=0.06)
+    assert (robot.lidar.model, robot.lidar.rings) == ("VLP-16", 16)
+    assert robot.lidar.intensity_maximum == 255.0
+    assert (robot.camera.intrinsics, robot.camera.mounting) == ("camera_info", "tf")
+    assert robot.limits.linear_velocity[1] >= 0.6
+    assert "from /camera/color/camera_info" in text
+    assert "from tf_static" in text
+
+
+def test_every_line_says_where_it_is_from(load: Load, recorded: Path) -> None:
+    text, _ = load(recorded)
+    lines = text.splitlines()[2:]
+    values = [n for n, line in enumerate(lines) if ": " in line.partition("#")[0]]
+    assert all("#" in lines[n] or lines[n - 1].strip().startswith("#") for n in values)
+
+
+def test_a_constant_skew_is_suggested_as_offset(load: Load, tmp_path: Path) -> None:
+    path = tmp_path / "late.bag"
+    sensors = Sensors(camera_rate=5, lidar_rate=5, width=80, height=60)
+    driven = drive((Leg(2.0, 0.6, 0.1),))
+    world, random = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=()), np.random.default_rng(0)
+    with RecordingWriter(path, "bag") as writer:
+        for topic, message, stamp_ns, delay_ns in DriveMessages(world, driven, sensors, random):
+            if topic == "/spot/odometry":
+                stamp = replace(message.header.stamp, sec=message.header.stamp.sec - 5)
+                message.header.stamp = stamp
+            writer.write(topic, message, stamp_ns + delay_ns)
+    text, robot = load(path)
+    assert robot.clocks.odometry.offset_s == pytest.approx(5.0, abs=0.05)
+    assert robot.clocks.points.offset_s == 0.0
+    assert "guess: the constant difference" in text
+
+
+def test_what_is_missing_is_marked_and_loads(load: Load, tmp_path: Path) -> None:
+    classes: Any = message_classes()
+    path = tmp_path / "words.bag"
+    with RecordingWriter(path, "bag") as writer:
+        writer.write("/words", classes["std_msgs/msg/String"]("hello"), 1)
+    text, robot = load(path)
+    assert robot.topics.image == "/fill_in/image"
+    assert isinstance(robot.camera.mounting, Mounting)
+    assert text.count("missing:") > 8
+
+
+def test_hostile_topic_names_stay_one_value(load: Load, tmp_path: Path) -> None:
+    classes: Any = message_classes()
+    name = '/a: "b" # c\n- d\u2028\U0001f600'
+    path = tmp_path / "hostile.bag"
+    with RecordingWriter(path, "bag") as writer:
+        twist = classes["geometry_msgs/msg/Twist"]
+        vector = classes["geometry_msgs/msg/Vector3"]
+        zero = vector(0.0, 0.0, 0.0)
+        writer.write(name, twist(zero, zero), 1)
+    _, robot = load(path)
+    assert robot.topics.command == name
+
+
+@given(text=st.text(st.characters(exclude_categories=["Cs"]), min_size=1))
+def test_any_text_is_read_back_as_it_is(text: str) -> None:
+    written = manifest_text(text, [ManifestLine(0, "key", "/" + text, text)])
+    assert yaml.safe_load(written) == {"key": "/" + text}
+
+
+def test_no_messages_give_no_manifest(recordings: Path) -> None:
+    with pytest.raises(RecordingError, match="no messages"):
+        scaffold_robot(recordings / "no_messages.bag")
+
+
+def test_kitti_gives_the_shipped_robot_but_for_its_body(load: Load, recordings: Path) -> None:
+    text, robot = load(recordings / "kitti_street_camera_lidar_odometry")
+    assert robot.base_height == 0.0
+    assert robot.camera.rectified
+    assert robot.lidar.intensity_maximum == 1.0
+    assert robot.camera.mounting == "tf"
+    assert robot.lidar.mounting == "tf"
+    assert "missing: measure the robot" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "model"), [("nebula_vlp16", "VLP-16"), ("nebula_vlp32", "VLP-32C")]
+)
+def test_packets_tell_the_lidar(load: Load, recordings: Path, name: str, model: str) -> None:
+    _, robot = load(recordings / name)
+    assert robot.lidar.model == model
+
+
+def test_every_real_recording_gives_a_manifest_that_loads(load: Load, recordings: Path) -> None:
+    for path in sorted(recordings.glob("*.bag")):
+        if path.name != "no_messages.bag":
+            load(path)
+
+
+def test_a_camera_without_calibration_is_to_be_calibrated(load: Load, recordings: Path) -> None:
+    _, robot = load(recordings / "rosnumpy_rgb8_cloud15.bag")
+    assert isinstance(robot.camera.intrinsics, Intrinsics)

@@ -1,0 +1,148 @@
+"""Damaged recordings: each ends in rows or in a named reason; no traceback, hang or blow-up."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from graspe_data.recordings.writing import COMPRESSIONS, Container, RecordingWriter
+from graspe_data.simulation import scripted_recording
+from graspe_data.simulation.scripted_drive import Leg, drive
+from graspe_data.simulation.scripted_recording import Sensors, record_drive
+from pipelines.dataset_settings import DatasetRecipe
+from tests.pipelines.conftest import WORLD
+
+CONTAINERS: tuple[Container, ...] = ("bag", "db3", "mcap")
+SAMPLE, SOAK = 50, 667
+PEAK_MIB = 600
+CHUNK = 1 << 15
+ROOT = Path(__file__).resolve().parents[2]
+OUT_OF_MEMORY = re.compile(r"MemoryError|[Cc]annot allocate|[Uu]nable to allocate|out of memory")
+
+
+class SmallChunks(RecordingWriter):
+    """Writes chunks of 32 KiB, so that damage seldom takes all of a small recording."""
+
+    def write(self, topic: str, message: object, bag_time_ns: int) -> None:
+        super().write(topic, message, bag_time_ns)
+        if self.container == "bag":
+            self._writer.chunk_threshold = CHUNK
+        elif self.container == "mcap" and self._writer.storage.chunk.bio.tell() > CHUNK:
+            self._writer.storage.close_chunk()
+
+
+@dataclass
+class Case:
+    """What became of one damaged recording."""
+
+    number: int
+    name: str
+    damages: Sequence[str]
+    outcome: str = "died"
+    reasons: list[str] = field(default_factory=list)
+    peak_mib: float = 0.0
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with how it ended, if anything."""
+        if self.outcome in ("died", "traceback"):
+            return self.outcome
+        if self.outcome != "rows" and not any(self.reasons):
+            return "no reason"
+        if self.peak_mib > PEAK_MIB or OUT_OF_MEMORY.search(" ".join(self.reasons)):
+            return "memory"
+        return "Traceback" if any("Traceback" in reason for reason in self.reasons) else ""
+
+
+@pytest.fixture
+def sound(container: Container, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of small recordings, one a compression."""
+    monkeypatch.setattr(scripted_recording, "COLUMNS", 60)
+    monkeypatch.setattr(scripted_recording, "RecordingWriter", SmallChunks)
+    _write_sound_recordings(tmp_path / "sound", container)
+    return tmp_path / "sound"
+
+
+@pytest.mark.parametrize("container", CONTAINERS)
+def test_every_damaged_recording_ends_in_rows_or_a_reason(
+    container: Container, recipe: DatasetRecipe, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with capsys.disabled():
+        _check(container, recipe, sound, range(SAMPLE))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("container", CONTAINERS)
+def test_every_one_of_thousands_ends_in_rows_or_a_reason(
+    container: Container, recipe: DatasetRecipe, sound: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with capsys.disabled():
+        _check(container, recipe, sound, range(SAMPLE, SAMPLE + SOAK))
+
+
+def _check(container: Container, recipe: DatasetRecipe, sound: Path, numbers: range) -> None:
+    folder = sound.parent
+    (folder / "recipe.json").write_text(recipe.model_dump_json())
+    cases = list(_run(folder, numbers))
+    counts = Counter(case.outcome for case in cases)
+    sys.stderr.write(f"\n{container}: {len(cases)} damaged recordings: {dict(counts)}\n")
+    faults = [case for case in cases if case.fault]
+    assert not faults, "\n".join(f"{case.fault}: {case}" for case in faults[:20])
+    assert len(cases) == len(numbers)
+    assert counts["rows"] > len(cases) / 10
+    assert counts["refused"] > 0
+
+
+def _write_sound_recordings(folder: Path, container: Container) -> None:
+    folder.mkdir()
+    sensors = Sensors(
+        camera_rate=5, lidar_rate=5, odometry_rate=20, imu_rate=20, width=64, height=48
+    )
+    driven = drive((Leg(3.5, 0.6, 0.1),))
+    for compression in COMPRESSIONS[container]:
+        path = folder / f"{compression}{'.bag' if container == 'bag' else ''}"
+        record_drive(path, container, WORLD, driven, sensors, 0, compression)
+
+
+def _run(folder: Path, numbers: range) -> Iterator[Case]:
+    """Run the cases in child processes: where one dies, another goes on after it."""
+    left = list(numbers)
+    while left:
+        done = _run_child(folder, left)
+        yield from done
+        left = left[len(done) :]
+
+
+def _run_child(folder: Path, numbers: list[int]) -> list[Case]:
+    scratch = folder / f"scratch_{numbers[0]}"
+    scratch.mkdir()
+    child = subprocess.run(
+        [
+            *(sys.executable, "-m", "tests.pipelines.process_damaged"),
+            *(folder / "sound", folder / "recipe.json", scratch, json.dumps(numbers)),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    cases: list[Case] = []
+    for line in child.stdout.splitlines():
+        told = json.loads(line)
+        if "name" in told:
+            cases.append(Case(told["case"], told["name"], told["damages"]))
+        else:
+            cases[-1].outcome, cases[-1].reasons = told["outcome"], told["reasons"]
+            cases[-1].peak_mib = told.get("peak_mib", 0.0)
+    assert cases, child.stderr
+    if cases[-1].outcome == "died":
+        cases[-1].reasons = [f"exit code {child.returncode}: {child.stderr[-2000:]}"]
+    return cases
