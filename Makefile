@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 MANIFEST ?= graspe
 WORKERS ?= 2
+# What pip needs to build the package itself comes in the tested versions too.
+export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
+export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
 .PHONY: help setup system demo test lint format bench soak dataset clean
 

@@ -33,9 +33,7 @@ def bench_recipe() -> DatasetRecipe:
     """The paper's dataset with all rows in one split."""
     recipe = load_recipe("graspe")
     split = SplitSettings(train=1, validation=0, test=0)
-    return recipe.model_copy(
-        update={"dataset": recipe.dataset.model_copy(update={"split": split})}
-    )
+    return recipe.model_copy(update={"dataset": recipe.dataset.model_copy(update={"split": split})})
 
 
 def floor(recording: Path, target: Path, row_bytes: int) -> int:
@@ -50,6 +48,7 @@ def floor(recording: Path, target: Path, row_bytes: int) -> int:
             message: Any = reader.deserialize(data, connection.msgtype)
             if connection.msgtype.endswith("CompressedImage"):
                 picture = cv2.imdecode(message.data, cv2.IMREAD_COLOR_RGB)
+                assert picture is not None
                 small = cv2.resize(picture, (320, 240), interpolation=cv2.INTER_AREA)
                 file.write(small.data)
                 file.write(bytes(max(0, row_bytes - small.nbytes)))

@@ -24,7 +24,7 @@ app.command()(demo.demo)
 def main() -> None:
     """Run the command line; a user's mistake is one clear text and exit code 1."""
     try:
-        app()
+        app(prog_name="graspe")
     except GraspeError as error:
         sys.stderr.write(f"graspe: {error}\n")
         sys.exit(1)
@@ -33,3 +33,7 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(141)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        sys.stderr.write(f"graspe: {where}{error.strerror or error}.\n")
+        sys.exit(1)

@@ -55,10 +55,15 @@ def only_builder(folder: Path) -> Iterator[None]:
     """Hold a folder for one build; the lock ends with the process, however it ends.
 
     Raises:
-        StageError: Another build is at work in the folder.
+        StageError: Another build is at work in the folder, or it cannot be made.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    handle = os.open(folder, os.O_RDONLY)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise StageError(
+            f"{folder}: cannot be the dataset's folder: {error.strerror}. Give another --out."
+        ) from error
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

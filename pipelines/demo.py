@@ -80,7 +80,7 @@ def write_demo_recordings(folder: Path, workers: Workers, progress: Progress) ->
     """Write the recordings of the demo; those that are there already stay."""
     folder.mkdir(parents=True, exist_ok=True)
     tasks = [_Task(folder, recording) for recording in RECORDINGS]
-    progress.start("recordings written", len(tasks))
+    progress.start("drives", len(tasks))
     for _, path in run_all(workers, _write, tasks):
         progress.advance(str(path))
     return [folder / recording.name for recording in RECORDINGS]
@@ -104,7 +104,7 @@ def _write(task: _Task) -> Path:
         recording.container,
         recording.world,
         drive(recording.legs),
-        Sensors(width=640, height=480, light=recording.light),
+        Sensors(light=recording.light),
         seed=1,
         compression=recording.compression,
     )

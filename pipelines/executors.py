@@ -6,14 +6,8 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import (
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    ProcessPoolExecutor,
-    as_completed,
-)
-from contextlib import ExitStack, contextmanager, suppress
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import wait
@@ -21,13 +15,10 @@ from typing import TypeVar
 
 import cv2
 
-from graspe_data.errors import StageError
+from pipelines.dask_cluster import run_on_cluster
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-
-RETRIES = 3
-CONNECT_TIMEOUT = "10s"
 
 
 @dataclass(frozen=True)
@@ -43,15 +34,14 @@ def run_all(
 ) -> Iterator[tuple[Task, Result | None]]:
     """Run a function over independent tasks; results come as they are done.
 
-    A local worker process that dies takes its pool with it. The tasks that were not done then run
-    again, each in a process of its own, and one that kills its worker again gives None. On a
-    cluster a task moves on to other workers, and gives None when it has killed several.
+    A worker process that dies takes its pool with it. The tasks that were not done then run again,
+    each in a process of its own, and one that kills its worker again gives None; on a cluster too.
 
     Raises:
         StageError: The cluster cannot be reached, or went away.
     """
     if workers.scheduler is not None:
-        yield from _run_on_cluster(workers.scheduler, function, tasks)
+        yield from run_on_cluster(workers.scheduler, partial(_in_one_thread, function), tasks)
         return
     if workers.processes == 1:
         yield from ((task, function(task)) for task in tasks)
@@ -97,48 +87,6 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _run_on_cluster(
-    address: str, function: Callable[[Task], Result], tasks: Sequence[Task]
-) -> Iterator[tuple[Task, Result | None]]:
-    with _cluster(address) as executor:
-        from distributed import KilledWorker  # noqa: PLC0415
-
-        work = partial(_in_one_thread, function)
-        futures = {executor.submit(work, task): task for task in tasks}
-        for future in as_completed(futures):
-            try:
-                result = future.result()
-            except KilledWorker:
-                result = None
-            except CancelledError as error:
-                raise StageError(
-                    f"the Dask scheduler at {address} went away. Start it and its workers again, "
-                    f"then run the same command: it goes on where it stopped."
-                ) from error
-            yield futures[future], result
-
-
 def _in_one_thread(function: Callable[[Task], Result], task: Task) -> Result:
     one_thread()
     return function(task)
-
-
-@contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
-    try:
-        from distributed import Client  # noqa: PLC0415
-    except ImportError as error:
-        raise StageError(
-            "--scheduler needs Dask: install the `cluster` extra: pip install 'graspe[cluster]'."
-        ) from error
-    with ExitStack() as stack:
-        try:
-            client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
-            stack.enter_context(client)
-        except (OSError, ValueError) as error:
-            raise StageError(
-                f"no Dask scheduler answers at {address}: {error}. Start one with `dask scheduler` "
-                f"and workers with `dask worker {address}`."
-            ) from error
-        executor: Executor = client.get_executor(pure=False, retries=RETRIES)  # type: ignore[no-untyped-call]
-        yield stack.enter_context(executor)

@@ -15,7 +15,7 @@ from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
 from graspe_data.observation.point_sample import PointSampleSettings, front, sample_points
 from graspe_data.observation.ring_order import ring_order
 from graspe_data.observation.smoothness import smoothness
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 
 class PointObservationSettings(Settings):

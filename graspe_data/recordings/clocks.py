@@ -12,6 +12,7 @@ from graspe_data.recordings.tracks import Stamps, StampTrack
 from graspe_data.robot import Clock
 
 SECOND = 1_000_000_000
+DAY_S = 86_400
 
 
 class ClockSettings(Settings):
@@ -86,14 +87,17 @@ def timeline(
     else:
         offset = round(clock.offset_s * SECOND)
     if abs(middle - offset) > limits.maximum_skew_s * SECOND:
-        advice = (
-            "it is constant: if the sensors did run together, set `offset_s: "
-            f"{middle / SECOND:.3f}` (or `measured`) under `clocks` for this topic"
-            if constant
-            else "the clocks are unrelated"
-        )
-        raise _unrelated(track, camera, low, middle, high, advice)
+        raise _unrelated(track, camera, low, middle, high, _advice(middle, constant=constant))
     return Timeline(track.topic, stamps + offset, offset, source)
+
+
+def _advice(difference_ns: int, *, constant: bool) -> str:
+    if not constant or abs(difference_ns) > DAY_S * SECOND:
+        return "the clocks are unrelated"
+    return (
+        "it is constant: if the sensors did run together, set `offset_s: "
+        f"{difference_ns / SECOND:.3f}` (or `measured`) under `clocks` for this topic"
+    )
 
 
 def _own_stamps(track: StampTrack, clock: Clock) -> tuple[Stamps, str]:

@@ -19,6 +19,8 @@ from graspe_data.recordings.storage import Channel, Storage
 
 Format = Literal["rosbag1", "sqlite3", "mcap"]
 
+MAGIC = {"rosbag1": b"#ROSBAG V", "mcap": b"\x89MCAP"}
+
 
 def open_recording(path: str | Path) -> Recording:
     """Open a recording for reading.
@@ -136,11 +138,16 @@ class Recording:
         return storages
 
     def _open_storage(self, path: Path) -> Storage:
-        if self.format == "rosbag1":
-            return BagStorage(path)
-        if self.format == "mcap":
-            return McapStorage(path)
-        return SqliteStorage(path, compressed_messages=self._layout.compressed_messages)
+        if self.format == "sqlite3":
+            return SqliteStorage(path, compressed_messages=self._layout.compressed_messages)
+        storage: Storage = BagStorage(path) if self.format == "rosbag1" else McapStorage(path)
+        if not storage.channels and not _begins_with(path, MAGIC[self.format]):
+            storage.close()
+            raise RecordingError(
+                f"{path}: no recording: it does not begin as a {self.format} file does, and "
+                f"nothing in it reads as one."
+            )
+        return storage
 
     def _join_channels(self) -> dict[str, Channel]:
         """One channel a topic: the first, and the first definition of its type."""
@@ -211,3 +218,8 @@ class Recording:
         if channel not in self._decoders:
             self._decoders[channel] = MessageDecoder(channel)
         return self._decoders[channel]
+
+
+def _begins_with(path: Path, magic: bytes) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(magic)) == magic

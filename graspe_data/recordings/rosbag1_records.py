@@ -77,16 +77,69 @@ def walk_records(content: bytes) -> Iterator[Record]:
     while offset < len(content):
         record = parse_record(content, offset)
         offset = record.data_offset + record.data_size
-        if offset > len(content):
-            raise ValueError(f"ends within a message, {offset - len(content)} bytes short")
+        _check_whole(offset, len(content))
         yield record
 
 
+class _MessageHeader:
+    """The header of a chunk's message records: the same bytes but for connection, time and size.
+
+    A recorder writes the fields of all its messages in one order, so the places of the two values
+    in the first header are their places in every other.
+    """
+
+    def __init__(self, header: bytes) -> None:
+        conn, time = header.index(b"conn=") + 5, header.index(b"time=") + 5
+        ends = (conn + 4, time) if conn < time else (time + 8, conn)
+        last = max(conn + 4, time + 8)
+        kinds = "IQ" if conn < time else "QI"
+        before, between, behind = min(conn, time), ends[1] - ends[0], len(header) - last
+        if between < 0 or behind < 0:
+            raise ValueError("has a message header whose fields overlap")
+        self._layout = Struct(f"<{before + 4}s{kinds[0]}{between}s{kinds[1]}{behind}sI")
+        self.size = self._layout.size
+        self._conn_first = conn < time
+        whole = _U32.pack(len(header)) + header + _U32.pack(0)
+        self._fixed = self._layout.unpack(whole)[:5:2]
+
+    def read(self, content: bytes, offset: int) -> tuple[int, int, int] | None:
+        """Connection, time in ns and size of the data; None where the header is another."""
+        if offset + self.size > len(content):
+            return None
+        before, one, between, two, behind, size = self._layout.unpack_from(content, offset)
+        if (before, between, behind) != self._fixed:
+            return None
+        conn, time = (one, two) if self._conn_first else (two, one)
+        return conn, (time & 0xFFFFFFFF) * 1_000_000_000 + (time >> 32), size
+
+
 def walk_messages(content: bytes) -> Iterator[tuple[int, int, memoryview]]:
-    """The messages of a chunk's content as (connection, time in ns, data)."""
+    """The messages of a chunk's content as (connection, time in ns, data).
+
+    ValueError at the first record that is not whole.
+    """
     view = memoryview(content)
-    for record in walk_records(content):
+    header: _MessageHeader | None = None
+    offset = 0
+    while offset < len(content):
+        known = header.read(content, offset) if header else None
+        if header is not None and known is not None:
+            conn, time, size = known
+            start = offset + header.size
+            _check_whole(start + size, len(content))
+            yield conn, time, view[start : start + size]
+            offset = start + size
+            continue
+        record = parse_record(content, offset)
+        start, stop = record.data_offset, record.data_offset + record.data_size
+        _check_whole(stop, len(content))
         if record.op == MESSAGE:
-            stop = record.data_offset + record.data_size
-            data = view[record.data_offset : stop]
-            yield u32(record.fields, b"conn"), time_ns(record.fields, b"time"), data
+            conn, time = u32(record.fields, b"conn"), time_ns(record.fields, b"time")
+            header = _MessageHeader(content[offset + 4 : start - 4])
+            yield conn, time, view[start:stop]
+        offset = stop
+
+
+def _check_whole(stop: int, size: int) -> None:
+    if stop > size:
+        raise ValueError(f"ends within a message, {stop - size} bytes short")

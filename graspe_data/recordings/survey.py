@@ -15,10 +15,10 @@ from graspe_data.recordings.decoding import decode_transforms
 from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
 from graspe_data.recordings.recording import Recording
 from graspe_data.recordings.roles import Role, roles_of
-from graspe_data.recordings.sensor_data import StampedTransform
 from graspe_data.recordings.topic_content import Content, FramesContent
 from graspe_data.recordings.topic_observers import MAXIMUM_EDGES, Observer, observer_of
 from graspe_data.recordings.tracks import StampTrack
+from graspe_data.sensor_data import StampedTransform
 
 _LATEST = (1 << 63) - 1
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from graspe_data.recordings.sensor_data import StampedTransform
 from graspe_data.robot import Intrinsics
+from graspe_data.sensor_data import StampedTransform
 
 Range = tuple[float, float]
 

@@ -20,7 +20,6 @@ from graspe_data.recordings.decoding import (
     decode_transforms,
 )
 from graspe_data.recordings.roles import Role
-from graspe_data.recordings.sensor_data import StampedTransform
 from graspe_data.recordings.topic_content import (
     CalibrationContent,
     CloudContent,
@@ -31,6 +30,7 @@ from graspe_data.recordings.topic_content import (
     Range,
     ScanContent,
 )
+from graspe_data.sensor_data import StampedTransform
 
 MAXIMUM_EDGES: Final = 512
 _GROUND_WITHIN_M: Final = 10.0

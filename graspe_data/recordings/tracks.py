@@ -20,8 +20,8 @@ from graspe_data.recordings.decoding import (
 )
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.recordings.sensor_data import CameraCalibration, Motion
 from graspe_data.robot import Robot, Topics
+from graspe_data.sensor_data import CameraCalibration, Motion
 
 Stamps = NDArray[np.int64]
 TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")

@@ -31,7 +31,7 @@ START_NS = 1_700_000_000_000_000_000
 SECOND = 1_000_000_000
 BASE_HEIGHT = 0.5
 CAMERA = Transform(
-    rotation_from_rpy(0.0, 0.15, 0.0) @ np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
+    rotation_from_rpy(0.0, 0.3, 0.0) @ np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]),
     np.array([0.4, 0.0, 0.25]),
 )
 LIDAR = Transform(np.eye(3), np.array([0.2, 0.0, 0.35]))

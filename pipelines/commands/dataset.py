@@ -111,6 +111,23 @@ def report(
     typer.echo(f"{page}")
 
 
+@app.command()
+def picture(
+    folder: Folder,
+    row: Annotated[int, typer.Argument(min=0, help="The row in its split.")],
+    split: Annotated[str, typer.Option(help="The split.")] = "train",
+    out: Annotated[Path, typer.Option(help="The PNG file.")] = Path("row.png"),
+) -> None:
+    """Draw one row: picture with trajectory, cloud from above, velocities, reliabilities, label."""
+    from pipelines.report import write_row_picture  # noqa: PLC0415  (matplotlib is slow to load)
+
+    rows = read_index(folder).rows(split)
+    if row >= rows:
+        raise ShardError(f"{folder}: no row {row} in {split}: it has {rows}, counted from 0.")
+    write_row_picture(folder, split, row, out)
+    typer.echo(f"{out}")
+
+
 def _build_json(result: BuildResult) -> dict[str, object]:
     return {
         "dataset_digest": result.index.dataset_digest,

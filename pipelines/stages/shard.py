@@ -99,12 +99,13 @@ def _gather(task: ShardTask, column: Column) -> NDArray[np.generic]:
     dtype = np.dtype(column.dtype) if raw else stored_dtype(column)
     gathered = np.empty((len(task.rows), *shape), dtype)
     for index in np.unique(task.rows[:, 0]).tolist():
-        source, here = task.episodes[index], task.rows[:, 0] == index
+        source, here = task.episodes[index], np.flatnonzero(task.rows[:, 0] == index)
         if column.stage == "shard":
             gathered[here] = source.recording
-        else:
-            values = map_column(source.folders[column.stage], column.name)
-            gathered[here] = values[task.rows[here, 1]]
+            continue
+        values = map_column(source.folders[column.stage], column.name)
+        for target, row in zip(here.tolist(), task.rows[here, 1].tolist(), strict=True):
+            gathered[target] = values[row]
     return gathered
 
 

@@ -18,7 +18,7 @@ import pytest
 from graspe_data.errors import StageError
 from graspe_data.simulation import scripted_recording
 from graspe_data.simulation.scripted_drive import Leg
-from pipelines import executors
+from pipelines import dask_cluster
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers, run_all
@@ -128,7 +128,7 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_build_goes_on_later(
 
 
 def test_no_scheduler_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executors, "CONNECT_TIMEOUT", "1s")
+    monkeypatch.setattr(dask_cluster, "CONNECT_TIMEOUT", "1s")
     with pytest.raises(StageError, match=r"no Dask scheduler answers at tcp://127.0.0.1:1"):
         list(run_all(Workers(scheduler="tcp://127.0.0.1:1"), _fatal_for_three, range(1)))
 

@@ -128,13 +128,17 @@ def _kill_and_go_on(job: Job, recipe: DatasetRecipe, folder: Path, kills: int) -
 def _started(job: Job, out: Path, workers: int) -> Iterator[subprocess.Popen[str]]:
     """A build in a process group of its own, from the moment that it begins."""
     arguments = (str(job.recipe), str(out), str(workers), *map(str, job.recordings))
-    with subprocess.Popen(
-        [sys.executable, "-m", "tests.pipelines.build_child", *arguments],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
+    with (
+        out.with_name(f"{out.name}.log").open("w") as log,
+        subprocess.Popen(
+            [sys.executable, "-m", "tests.pipelines.build_child", *arguments],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+            start_new_session=True,
+        ) as process,
+    ):
         try:
             output: IO[str] | None = process.stdout
             assert output is not None

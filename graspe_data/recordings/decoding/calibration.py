@@ -11,8 +11,8 @@ from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.picture_limits import check_size
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import CameraCalibration
 from graspe_data.robot import Intrinsics
+from graspe_data.sensor_data import CameraCalibration
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import Final
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.point_clouds import decode_points
 from graspe_data.recordings.decoding.velodyne import VELODYNE_SCAN, VelodyneDecoder
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 POINT_CLOUD: Final = "sensor_msgs/msg/PointCloud2"
 

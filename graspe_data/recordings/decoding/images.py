@@ -13,7 +13,7 @@ from graspe_data.recordings.decoding.compressed_pictures import decode_compresse
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.picture_limits import check_size
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import Picture
+from graspe_data.sensor_data import Picture
 
 IMAGE: Final = "sensor_msgs/msg/Image"
 COMPRESSED_IMAGE: Final = "sensor_msgs/msg/CompressedImage"

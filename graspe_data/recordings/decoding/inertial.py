@@ -8,7 +8,7 @@ from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.motion import Triple, vector
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import InertialSample
+from graspe_data.sensor_data import InertialSample
 
 _NOT_MEASURED: Triple = (float("nan"),) * 3
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import stamp_ns
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import Motion
+from graspe_data.sensor_data import Motion
 
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]

@@ -10,7 +10,7 @@ import numpy as np
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import PlanarScan
+from graspe_data.sensor_data import PlanarScan
 
 
 @refuses_unfit_messages

@@ -7,7 +7,7 @@ from typing import Any
 from graspe_data.recordings.decoding.header import stamp_ns
 from graspe_data.recordings.decoding.motion import quaternion, vector
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import StampedTransform
+from graspe_data.sensor_data import StampedTransform
 
 
 @refuses_unfit_messages

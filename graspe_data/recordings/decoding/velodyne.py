@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 VELODYNE_SCAN: Final = "velodyne_msgs/msg/VelodyneScan"
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from graspe_data.geometry import Transform
-from graspe_data.recordings.sensor_data import PointCloud
 from graspe_data.robot import Intrinsics
+from graspe_data.sensor_data import PointCloud
 
 Floats = NDArray[np.float32]
 Rings = NDArray[np.int32]

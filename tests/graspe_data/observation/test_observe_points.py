@@ -17,7 +17,7 @@ from graspe_data.observation.observe_points import (
     observe_points,
 )
 from graspe_data.observation.point_sample import PointSampleSettings
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 MOUNTED = Transform(rotation_from_rpy(0.01, 0.05, 0.3), np.array([0.2, 0.0, 0.6]))
 SETTINGS = PointObservationSettings(sample=PointSampleSettings(count=3000), base_height=0.1)

@@ -6,7 +6,7 @@ import pytest
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
 from graspe_data.observation.ring_order import ring_order
 from graspe_data.observation.smoothness import smoothness
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 DEFAULT = PointReliabilitySettings()
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import ObservationError
 from graspe_data.observation.ring_order import ring_order
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 FEW_VALUES = st.sampled_from([-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0])
 

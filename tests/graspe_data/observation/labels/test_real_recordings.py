@@ -21,7 +21,7 @@ from graspe_data.observation.labels import (
 )
 from graspe_data.recordings.decoding import decode_motion
 from graspe_data.recordings.recording import open_recording
-from graspe_data.recordings.sensor_data import Motion
+from graspe_data.sensor_data import Motion
 
 
 @pytest.fixture

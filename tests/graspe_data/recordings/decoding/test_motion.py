@@ -9,7 +9,7 @@ import pytest
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding import decode_motion, decode_transforms
-from graspe_data.recordings.sensor_data import Motion, StampedTransform
+from graspe_data.sensor_data import Motion, StampedTransform
 
 STAMP = 12_000_000_034
 POSITION, QUATERNION = (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)

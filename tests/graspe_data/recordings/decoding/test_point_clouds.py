@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding import cloud_decoder, decode_points
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 CODES = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 8: "d"}
 XYZ = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7)]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding import VelodyneDecoder, cloud_decoder
-from graspe_data.recordings.sensor_data import PointCloud
+from graspe_data.sensor_data import PointCloud
 
 Floats = NDArray[np.float64]
 
