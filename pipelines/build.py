@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-from pydantic import JsonValue
 
 from graspe_data.columns import Column
 from graspe_data.errors import ShardError, StageError
@@ -20,15 +17,15 @@ from graspe_data.shards.dataset_manifest import (
     read_index,
     write_index,
 )
+from graspe_data.shards.verify import verify_shard
 from pipelines.commit import only_builder, sweep
 from pipelines.dataset_settings import DatasetRecipe, Split
 from pipelines.executors import Workers, run_all
+from pipelines.index import dataset_index, recording_entry, refused_entry
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
 from pipelines.progress import Progress
 from pipelines.row_columns import row_columns
-from pipelines.splits import split_of
 from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_shards
-from pipelines.statistics import episode_statistics
 
 EPISODES = "episodes"
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
@@ -69,12 +66,12 @@ def build_dataset(
         episodes, refused = _sorted_out(outcomes)
         if not any(episode.extracted.rows for episode in episodes):
             raise StageError(_no_rows(episodes, refused))
-        entries = [_entry(recipe, episode) for episode in episodes]
-        entries += [_refused_entry(recipe, refusal) for refusal in refused]
+        entries = [recording_entry(recipe, episode) for episode in episodes]
+        entries += [refused_entry(recipe, refusal) for refusal in refused]
         columns = row_columns(recipe.dataset)
         tasks = _shard_tasks(recipe, columns, episodes, entries, out)
         shards = _make_shards(tasks, _earlier_shards(out), workers, progress)
-        index = write_index(out, _index(recipe, columns, entries, shards, episodes))
+        index = write_index(out, dataset_index(recipe, columns, entries, shards))
         _prune(out, index, episodes)
     worked_on = tuple(episode.path.name for episode in episodes if episode.done_now)
     return BuildResult(index, worked_on, tuple(refused))
@@ -132,43 +129,6 @@ def _no_rows(episodes: Sequence[Episode], refused: Sequence[Refusal]) -> str:
     return "No recording makes a row, so no dataset is written:\n" + "\n".join(reasons)
 
 
-def _entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
-    group, split = split_of(episode.path.name, recipe.dataset.split, recipe.dataset.seed)
-    extracted, labelled = episode.extracted, episode.labelled
-    losses = [loss.model_dump(mode="json") for loss in extracted.losses]
-    details: dict[str, JsonValue] = {
-        "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
-        "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
-        "offsets_ns": dict(extracted.offsets_ns),
-        "damage": [dict(loss) for loss in losses],
-        "annotated": labelled.annotated,
-        "events": dict(labelled.events),
-        "not_judged": dict(labelled.unavailable),
-        "statistics": episode_statistics(episode),
-    }
-    return RecordingEntry(
-        name=episode.path.name,
-        digest=episode.digest,
-        group=group,
-        split=split if extracted.rows else None,
-        rows=extracted.rows,
-        losses=extracted.lost,
-        columns={k: v for record in episode.records.values() for k, v in record.columns.items()},
-        stages={stage: record.key for stage, record in episode.records.items()},
-        details=details,
-    )
-
-
-def _refused_entry(recipe: DatasetRecipe, refusal: Refusal) -> RecordingEntry:
-    group, _ = split_of(refusal.path.name, recipe.dataset.split, recipe.dataset.seed)
-    return RecordingEntry(
-        name=refusal.path.name,
-        digest=refusal.digest,
-        group=group,
-        details={"refused": refusal.reason.replace(str(refusal.path), refusal.path.name)},
-    )
-
-
 def _shard_tasks(
     recipe: DatasetRecipe,
     columns: Sequence[Column],
@@ -195,18 +155,18 @@ def _shard_tasks(
 
 
 def _earlier_shards(out: Path) -> dict[str, ShardFile]:
-    """The shards that an earlier build committed and that are still there, by path."""
+    """The shards that an earlier build committed and that are still whole, by path."""
     if not (out / MANIFEST_NAME).is_file():
         return {}
     try:
         index = read_index(out)
     except ShardError:
         return {}
-    committed = (shard for split in index.splits.values() for shard in split)
     return {
         shard.path: shard
-        for shard in committed
-        if (out / shard.path).is_file() and (out / shard.path).stat().st_size == shard.bytes
+        for split, shards in index.splits.items()
+        for shard in shards
+        if not verify_shard(out, index, split, shard)
     }
 
 
@@ -228,28 +188,6 @@ def _make_shards(
         made[task.path] = shard
         progress.advance(f"{task.path}: {shard.rows} rows, {shard.bytes / 1e6:.1f} MB")
     return {split: [made[task.path] for task in listed] for split, listed in tasks.items()}
-
-
-def _index(
-    recipe: DatasetRecipe,
-    columns: Sequence[Column],
-    entries: Sequence[RecordingEntry],
-    shards: dict[str, list[ShardFile]],
-    episodes: Sequence[Episode],
-) -> DatasetIndex:
-    dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"})
-    losses = sum((Counter(episode.extracted.lost) for episode in episodes), Counter[str]())
-    return DatasetIndex(
-        name=recipe.dataset.name,
-        columns=tuple(columns),
-        group_key="recordings and declared groups",
-        splits=shards,
-        recordings=list(entries),
-        losses=dict(losses),
-        configuration={"dataset": dataset, "robot": recipe.robot.model_dump(mode="json")},
-        storage=recipe.dataset.storage.model_dump(mode="json"),
-        order_seed=recipe.dataset.seed,
-    )
 
 
 def _prune(out: Path, index: DatasetIndex, episodes: Sequence[Episode]) -> None:

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class OdometrySeries:
+class PoseSeries:
     """Odometry in time order, one sample a stamp.
 
     ``pose`` (N, 6): x, y, z in metres and roll, pitch, yaw in rad, in the odometry frame; angles
@@ -29,7 +29,7 @@ class OdometrySeries:
 
 
 @dataclass(frozen=True)
-class OdometrySamples:
+class PoseSamples:
     """Odometry at asked times (...,): pose (..., 6), velocity (..., 2), and what is behind them.
 
     ``known`` is False outside the recording and inside a gap; ``age_ns`` is the time since the
@@ -42,7 +42,7 @@ class OdometrySamples:
     age_ns: Stamps
 
 
-def odometry_series(track: MotionTrack, time: Timeline) -> OdometrySeries:
+def pose_series(track: MotionTrack, time: Timeline) -> PoseSeries:
     """Sort samples by time, drop repeated stamps and samples that are not finite.
 
     A track without poses (a TwistStamped) is integrated from the origin along its arcs.
@@ -64,12 +64,10 @@ def odometry_series(track: MotionTrack, time: Timeline) -> OdometrySeries:
         )
     pose, velocity = pose[usable], velocity[usable]
     pose[:, 3:] = np.unwrap(pose[:, 3:], axis=0)
-    return OdometrySeries(stamps[usable], pose, velocity)
+    return PoseSeries(stamps[usable], pose, velocity)
 
 
-def sample_odometry(
-    series: OdometrySeries, times_ns: Stamps, maximum_gap_s: float
-) -> OdometrySamples:
+def sample_odometry(series: PoseSeries, times_ns: Stamps, maximum_gap_s: float) -> PoseSamples:
     """Interpolate linearly between neighbouring samples no further apart than ``maximum_gap_s``."""
     stamps = series.stamps_ns
     before = np.searchsorted(stamps, times_ns, side="right") - 1
@@ -79,7 +77,7 @@ def sample_odometry(
     exact = (times_ns == stamps[left]) | (times_ns == stamps[left + 1])
     inside = (times_ns >= stamps[0]) & (times_ns <= stamps[-1])
     known = exact | (inside & (span <= maximum_gap_s * SECOND))
-    return OdometrySamples(
+    return PoseSamples(
         pose=_blend(series.pose, left, share),
         velocity=_blend(series.velocity, left, share),
         known=known,

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from graspe_data.manifest import Settings
 from graspe_data.recordings.clocks import SECOND
-from graspe_data.recordings.odometry import OdometrySamples, OdometrySeries, sample_odometry
+from graspe_data.recordings.odometry import PoseSamples, PoseSeries, sample_odometry
 from graspe_data.recordings.tracks import Stamps
 
 Positive = Annotated[float, Field(gt=0)]
@@ -47,8 +47,8 @@ class RowPlan:
     image: Indices
     points: Indices
     points_age_ns: Stamps
-    now: OdometrySamples
-    history: OdometrySamples
+    now: PoseSamples
+    history: PoseSamples
     lost: Mapping[str, int]
 
     @property
@@ -93,7 +93,7 @@ def choose_anchors(stamps_ns: Stamps, rate: float) -> Indices:
 
 
 def plan_rows(
-    image_ns: Stamps, points_ns: Stamps, odometry: OdometrySeries, settings: SynchronisationSettings
+    image_ns: Stamps, points_ns: Stamps, odometry: PoseSeries, settings: SynchronisationSettings
 ) -> RowPlan:
     """Decide the rows of a recording.
 
@@ -143,7 +143,7 @@ def _count_losses(
     return {reason: count for reason, count in lost.items() if count}, keep
 
 
-def _take(samples: OdometrySamples, keep: NDArray[np.bool_]) -> OdometrySamples:
-    return OdometrySamples(
+def _take(samples: PoseSamples, keep: NDArray[np.bool_]) -> PoseSamples:
+    return PoseSamples(
         samples.pose[keep], samples.velocity[keep], samples.known[keep], samples.age_ns[keep]
     )

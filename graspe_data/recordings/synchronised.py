@@ -7,16 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from graspe_data.recordings.clocks import ClockSettings, Timeline, camera_timeline, timeline
-from graspe_data.recordings.odometry import OdometrySeries, odometry_series
+from graspe_data.recordings.first_pass import read_tracks
+from graspe_data.recordings.odometry import PoseSeries, pose_series
 from graspe_data.recordings.recording import Recording
 from graspe_data.recordings.synchronisation import RowPlan, SynchronisationSettings, plan_rows
-from graspe_data.recordings.tracks import (
-    InertialTrack,
-    MotionTrack,
-    StampTrack,
-    Tracks,
-    read_tracks,
-)
+from graspe_data.recordings.tracks import InertialTrack, MotionTrack, StampTrack, Tracks
 from graspe_data.robot import Clock, Robot
 
 
@@ -30,7 +25,7 @@ class SynchronisedRecording:
     odometry_time: Timeline
     command_time: Timeline | None
     imu_time: Timeline | None
-    odometry: OdometrySeries
+    odometry: PoseSeries
     plan: RowPlan
 
     @property
@@ -59,7 +54,7 @@ def synchronise(
 
     points = on_camera_clock(tracks.points, robot.clocks.points)
     odometry_time = on_camera_clock(tracks.odometry.stamps, robot.clocks.odometry)
-    odometry = odometry_series(tracks.odometry, odometry_time)
+    odometry = pose_series(tracks.odometry, odometry_time)
     planned = plan_rows(image.stamps_ns, points.stamps_ns, odometry, settings)
     clouds = np.where(planned.points >= 0, tracks.points.ordinal[planned.points], -1)
     return SynchronisedRecording(

@@ -230,3 +230,18 @@ def test_a_damaged_episode_is_found_out_and_done_again(
     picture.write_bytes(content)
     assert build(recipe, [recording], out).worked_on == ("a",)
     assert tree(out) == before
+
+
+def test_a_damaged_shard_is_found_out_and_made_again(
+    record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
+) -> None:
+    recording, out = record("a"), tmp_path / "out"
+    index = build(recipe, [recording], out).index
+    before = tree(out)
+    split = next(name for name in index.splits if index.rows(name))
+    shard = out / index.splits[split][0].path
+    content = bytearray(shard.read_bytes())
+    content[len(content) // 2] ^= 1
+    shard.write_bytes(content)
+    build(recipe, [recording], out)
+    assert tree(out) == before

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.clocks import Timeline
-from graspe_data.recordings.odometry import OdometrySeries, odometry_series, sample_odometry
+from graspe_data.recordings.odometry import PoseSeries, pose_series, sample_odometry
 from graspe_data.recordings.tracks import MotionTrack, StampTrack
 
 SECOND = 1_000_000_000
@@ -19,7 +19,7 @@ def series(
     stamps_s: list[float],
     yaw: list[float] | None = None,
     velocity: list[tuple[float, float]] | None = None,
-) -> OdometrySeries:
+) -> PoseSeries:
     stamps = np.rint(np.array(stamps_s) * SECOND).astype(np.int64)
     count = stamps.size
     position: NDArray[np.float64] = np.full((count, 3), NAN)
@@ -32,7 +32,7 @@ def series(
     twist = np.array(velocity if velocity is not None else [(1.0, 0.0)] * count)
     stamp_track = StampTrack("/odom", stamps, stamps, np.arange(count))
     track = MotionTrack(stamp_track, position, quaternion, twist)
-    return odometry_series(track, Timeline("/odom", stamps, 0, "header stamp"))
+    return pose_series(track, Timeline("/odom", stamps, 0, "header stamp"))
 
 
 def at(*seconds: float) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graspe_data.recordings.odometry import OdometrySeries
+from graspe_data.recordings.odometry import PoseSeries
 from graspe_data.recordings.synchronisation import (
     RowPlan,
     SynchronisationSettings,
@@ -29,11 +29,11 @@ def stamps(start_s: float, stop_s: float, rate: float) -> NDArray[np.int64]:
     return np.rint((start_s + np.arange(count) / rate) * SECOND).astype(np.int64)
 
 
-def odometry(stamps_ns: NDArray[np.int64]) -> OdometrySeries:
+def odometry(stamps_ns: NDArray[np.int64]) -> PoseSeries:
     seconds = stamps_ns / SECOND
     pose = np.zeros((stamps_ns.size, 6))
     pose[:, 0], pose[:, 5] = seconds, 0.1 * seconds
-    return OdometrySeries(stamps_ns, pose, np.stack([seconds, 0 * seconds], axis=1))
+    return PoseSeries(stamps_ns, pose, np.stack([seconds, 0 * seconds], axis=1))
 
 
 def plan(image: NDArray[np.int64], points: NDArray[np.int64], motion: NDArray[np.int64]) -> RowPlan:

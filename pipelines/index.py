@@ -1,0 +1,87 @@
+"""What ``dataset.json`` says of a dataset and its recordings."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from pydantic import JsonValue
+
+from graspe_data.columns import Column
+from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, ShardFile
+from pipelines.dataset_settings import DatasetRecipe
+from pipelines.process_recording import Episode, Refusal
+from pipelines.splits import split_of
+from pipelines.statistics import episode_statistics
+
+
+def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
+    """What a dataset keeps of a recording that was read."""
+    group, split = split_of(episode.path.name, recipe.dataset.split, recipe.dataset.seed)
+    extracted, labelled = episode.extracted, episode.labelled
+    losses = [loss.model_dump(mode="json") for loss in extracted.losses]
+    details: dict[str, JsonValue] = {
+        "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
+        "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
+        "offsets_ns": dict(extracted.offsets_ns),
+        "damage": [dict(loss) for loss in losses],
+        "annotated": labelled.annotated,
+        "events": dict(labelled.events),
+        "not_judged": dict(labelled.unavailable),
+        "statistics": episode_statistics(episode),
+    }
+    return RecordingEntry(
+        name=episode.path.name,
+        digest=episode.digest,
+        group=group,
+        split=split if extracted.rows else None,
+        rows=extracted.rows,
+        losses=extracted.lost,
+        columns={k: v for record in episode.records.values() for k, v in record.columns.items()},
+        stages={stage: record.key for stage, record in episode.records.items()},
+        details=details,
+    )
+
+
+def refused_entry(recipe: DatasetRecipe, refusal: Refusal) -> RecordingEntry:
+    """What a dataset keeps of a recording that was refused: its name and the reason."""
+    group, _ = split_of(refusal.path.name, recipe.dataset.split, recipe.dataset.seed)
+    return RecordingEntry(
+        name=refusal.path.name,
+        digest=refusal.digest,
+        group=group,
+        details={"refused": refusal.reason.replace(str(refusal.path), refusal.path.name)},
+    )
+
+
+def dataset_index(
+    recipe: DatasetRecipe,
+    columns: Sequence[Column],
+    entries: Sequence[RecordingEntry],
+    shards: dict[str, list[ShardFile]],
+) -> DatasetIndex:
+    """The content of ``dataset.json``, but for its digest."""
+    dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"})
+    losses = sum((Counter(entry.losses) for entry in entries), Counter[str]())
+    return DatasetIndex(
+        name=recipe.dataset.name,
+        columns=tuple(columns),
+        group_key="recordings and declared groups",
+        splits=shards,
+        recordings=list(entries),
+        losses=dict(losses),
+        configuration={"dataset": dataset, "robot": recipe.robot.model_dump(mode="json")},
+        storage=recipe.dataset.storage.model_dump(mode="json"),
+        order_seed=recipe.dataset.seed,
+        statistics={split: _totals(split, entries) for split in shards},
+    )
+
+
+def _totals(split: str, entries: Sequence[RecordingEntry]) -> JsonValue:
+    totals: Counter[str] = Counter()
+    for entry in entries:
+        statistics = entry.details.get("statistics")
+        if entry.split == split and isinstance(statistics, dict):
+            totals["rows"] += entry.rows
+            totals.update({k: n for k, n in statistics.items() if isinstance(n, int)})
+    return dict(totals)
