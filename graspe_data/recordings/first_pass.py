@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,7 +173,7 @@ def read_tracks(recording: Recording, robot: Robot) -> Tracks:
     return Tracks(
         image=reading.sensors[topics.image].stamps(topics.image),
         points=reading.sensors[topics.points].stamps(topics.points),
-        odometry=_with_velocity(odometry),
+        odometry=_with_velocity(odometry, robot.odometry_velocity),
         command=reading.motion(topics.command),
         imu=reading.inertial(topics.imu),
         calibration=reading.calibration,
@@ -200,9 +201,12 @@ def _require_topics(recording: Recording, topics: Topics) -> None:
         )
 
 
-def _with_velocity(track: MotionTrack) -> MotionTrack:
-    """Differentiate poses where the type carries no twist."""
-    if not np.isnan(track.velocity).all() or np.isnan(track.position).any():
+def _with_velocity(
+    track: MotionTrack, wanted: Literal["reported", "differentiated"]
+) -> MotionTrack:
+    """Differentiate the poses where that is asked for, or where the type carries no twist."""
+    reported = not np.isnan(track.velocity).all()
+    if np.isnan(track.position).any() or (reported and wanted == "reported"):
         return track
     clock = track.stamps.header_ns if track.stamps.header_ns is not None else track.stamps.bag_ns
     order = np.argsort(clock, kind="stable")
