@@ -127,7 +127,7 @@ def bench_workers(folder: Path, looped: LoopedDrive, seconds: int) -> Measuremen
     """Two local processes against one, over eight recordings."""
     recordings = [folder / f"part{number}.bag" for number in range(8)]
     for number, recording in enumerate(recordings):
-        looped.write(recording, "bag", seconds + 4 * (number % 2))
+        looped.write(recording, "bag", seconds, start_s=1000 * number)
     times = {1: [], 2: []}  # type: dict[int, list[float]]
     for repeat in range(2):
         for processes in (1, 2):
@@ -142,7 +142,7 @@ def bench_workers(folder: Path, looped: LoopedDrive, seconds: int) -> Measuremen
         peer="one worker",
         peer_value=1 / min(times[1]),
         target=1.8,
-        note=f"8 recordings of {seconds} s or so; whole commands, start of the processes included",
+        note=f"8 recordings of {seconds} s; whole commands, start of the processes included",
     )
 
 
@@ -173,11 +173,11 @@ def run(quick: bool) -> list[Measurement]:
     """All measurements of the pipeline."""
     one_thread()
     looped = LoopedDrive()
-    seconds = 20 if quick else 60
+    seconds = 20 if quick else 120
     with tempfile.TemporaryDirectory(prefix="graspe-bench-") as name:
         folder = Path(name)
         measured = bench_against_floor(folder, looped, seconds)
-        measured.append(bench_workers(folder, looped, seconds))
+        measured.append(bench_workers(folder, looped, seconds // 2))
         measured.append(bench_memory(folder, looped, 40))
     return measured
 

@@ -37,13 +37,18 @@ class LoopedDrive:
         self._loop = list(self._maker)
 
     def write(
-        self, path: Path, container: Container, seconds: int, compression: Compression = "none"
+        self,
+        path: Path,
+        container: Container,
+        seconds: int,
+        start_s: int = 0,
+        compression: Compression = "none",
     ) -> None:
-        """Write a recording of so many seconds, a multiple of four."""
+        """Write a recording of so many seconds, a multiple of four, that begins later or not."""
         with RecordingWriter(path, container, compression) as writer:
-            writer.write("/tf_static", self._maker.mounting(), START_NS)
+            writer.write("/tf_static", self._maker.mounting(), START_NS + start_s * SECOND)
             for turn in range(seconds // LOOP_S):
-                later = turn * LOOP_S * SECOND
+                later = (start_s + turn * LOOP_S) * SECOND
                 for topic, message, stamp_ns, delay_ns in self._loop:
                     moved = _restamped(message, stamp_ns + later)
                     writer.write(topic, moved, stamp_ns + later + delay_ns)

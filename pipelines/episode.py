@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -111,13 +112,58 @@ class EpisodeWriter:
             file.close()
 
 
-def map_column(folder: Path, name: str) -> NDArray[Any]:
-    """Map a column of a finished stage, read-only."""
-    path = folder / f"{name}.npy"
-    try:
-        mapped: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError) as error:
-        raise StageError(
-            f"{path}: cannot be mapped: {error}. Delete {folder} and build again."
-        ) from error
-    return mapped
+class StoredColumn:
+    """A column of a finished stage, read row by row: nothing of it stays in memory.
+
+    Raises:
+        StageError: The file is missing, or not a plain array.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        """Open the file and read its header."""
+        path = folder / f"{name}.npy"
+        try:
+            self._file = path.open("rb", buffering=0)
+            np.lib.format.read_magic(self._file)
+            header = np.lib.format.read_array_header_1_0(self._file)
+        except (OSError, ValueError) as error:
+            raise StageError(
+                f"{path}: cannot be read: {error}. Delete {folder} and build again."
+            ) from error
+        (self.rows, *row), _, self._dtype = header
+        self._shape = tuple(row)
+        self._row_bytes = math.prod(row) * self._dtype.itemsize
+        self._start = self._file.tell()
+
+    def row(self, row: int) -> NDArray[Any]:
+        """One row."""
+        values = np.empty(self._shape, self._dtype)
+        self.read_into(values, row)
+        return values
+
+    def read_into(self, target: NDArray[Any], row: int) -> None:
+        """Read the rows from ``row`` on into a contiguous array, as many as it holds."""
+        buffer = target.reshape(-1).view(np.uint8)
+        offset = self._start + row * self._row_bytes
+        if os.preadv(self._file.fileno(), [buffer.data], offset) != buffer.size:
+            raise StageError(f"{self._file.name}: ends before row {row}: build again.")
+
+    def all(self) -> NDArray[Any]:
+        """The whole column, for columns of a few bytes a row."""
+        values = np.empty((self.rows, *self._shape), self._dtype)
+        self.read_into(values, 0)
+        return values
+
+    def __enter__(self) -> Self:
+        """Use as a context manager."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def whole_column(folder: Path, name: str) -> NDArray[Any]:
+    """Read a whole column of a finished stage, one of a few bytes a row."""
+    with StoredColumn(folder, name) as column:
+        return column.all()

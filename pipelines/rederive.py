@@ -18,7 +18,7 @@ from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from graspe_data.shards.stored_columns import decode_rows
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
-from pipelines.episode import map_column
+from pipelines.episode import StoredColumn, whole_column
 from pipelines.stages.extract import extract
 from pipelines.stages.label import find_annotation, label
 from pipelines.stages.reliability import reliability
@@ -126,21 +126,21 @@ def _compare(
         for stage in folders.values():
             stage.mkdir()
         _derive(recipe, entry, path, folders, stamps)
-        made = map_column(folders["extract"], "stamp_ns")
+        made = whole_column(folders["extract"], "stamp_ns")
         for choice in choices:
             stored = Dataset(folder, choice.split)
             batch = stored.batch(choice.rows)
             for column in stored.columns:
                 if column.stage == "shard":
                     continue
-                derived = map_column(folders[column.stage], column.name)
-                for position, stamp in enumerate(choice.stamps.tolist()):
-                    again = _row(column, derived, np.flatnonzero(made == stamp))
-                    if again is None or again.tobytes() != batch[column.name][position].tobytes():
-                        yield (
-                            f"{choice.split} row {choice.rows[position]} ({entry.name} at "
-                            f"{stamp} ns): column {column.name} differs from the recording."
-                        )
+                with StoredColumn(folders[column.stage], column.name) as derived:
+                    for position, stamp in enumerate(choice.stamps.tolist()):
+                        again = _row(column, derived, np.flatnonzero(made == stamp))
+                        if again is None or again != batch[column.name][position].tobytes():
+                            yield (
+                                f"{choice.split} row {choice.rows[position]} ({entry.name} at "
+                                f"{stamp} ns): column {column.name} differs from the recording."
+                            )
 
 
 def _derive(
@@ -159,11 +159,10 @@ def _derive(
     label(dataset, extracted, annotation, episode, folders["label"])
 
 
-def _row(
-    column: Column, values: NDArray[np.generic], rows: NDArray[np.intp]
-) -> NDArray[np.generic] | None:
+def _row(column: Column, derived: StoredColumn, rows: NDArray[np.intp]) -> bytes | None:
+    """The bytes of the derived row as a batch has it, or None where there is none."""
     if not rows.size:
         return None
-    stored = values[rows[:1]]
+    stored = derived.row(int(rows[0]))[None]
     decoded = decode_rows(column, stored) if column.codec == "packed_bits" else stored
-    return np.asarray(decoded[0, ...])
+    return decoded.tobytes()

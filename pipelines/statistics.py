@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import JsonValue
 
-from pipelines.episode import map_column
+from pipelines.episode import whole_column
 from pipelines.process_recording import Episode
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
@@ -20,7 +20,7 @@ def episode_statistics(episode: Episode) -> dict[str, JsonValue]:
         return {}
 
     def column(stage: str, name: str) -> NDArray[np.generic]:
-        return map_column(episode.folders[stage], name)
+        return whole_column(episode.folders[stage], name)
 
     success, mask = column("label", "success"), column("label", "success_mask").astype(bool)
     failing = (mask & (success == 0)).any(axis=1)

@@ -13,7 +13,7 @@ from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.observation.trajectory_image import trajectory_image
 from graspe_data.robot import Intrinsics
 
-LONGEST_PART_S = 0.1
+LARGEST_TURN = 0.05
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,12 @@ class PredictedTrajectory:
     step_s: float = 0.3
 
     def draw(self, v: float, omega: float) -> NDArray[np.bool_]:
-        """The trajectory image, bool (H, W), of a velocity in m/s and rad/s."""
-        parts = math.ceil(self.step_s / LONGEST_PART_S)
+        """The trajectory image, bool (H, W), of a velocity in m/s and rad/s.
+
+        The arc is drawn in straight parts that each turn by 0.05 rad at most: at a radius of 10 m
+        they leave the arc by 3 mm.
+        """
+        parts = max(1, math.ceil(abs(omega) * self.step_s / LARGEST_TURN))
         arc = constant_velocity_arc(v, omega, self.steps * parts, self.step_s / parts)
         return trajectory_image(
             arc, self.intrinsics, self.base_from_camera, self.base_height, self.line_width

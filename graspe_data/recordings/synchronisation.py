@@ -39,8 +39,8 @@ class RowPlan:
 
     ``anchor_ns`` (R,); ``image`` and ``points`` (R,) are the ordinals of the messages on their
     topics, ``points`` -1 where there is no cloud; ``points_age_ns`` (R,) is positive for a cloud
-    older than the picture; ``now`` and ``history`` are the odometry at the anchor (R,) and over
-    the history (R, H), oldest first. ``lost`` counts the anchors that made no row, by reason.
+    older than the picture; ``now`` is the odometry at the anchor (R,), ``history`` float32
+    (R, H, 2) the velocities up to it, m/s and rad/s, oldest first. ``lost`` counts the anchors that made no row, by reason.
     """
 
     anchor_ns: Stamps
@@ -48,7 +48,7 @@ class RowPlan:
     points: Indices
     points_age_ns: Stamps
     now: PoseSamples
-    history: PoseSamples
+    history: NDArray[np.float32]
     lost: Mapping[str, int]
 
     @property
@@ -109,15 +109,15 @@ def plan_rows(
     image = choose_anchors(image_ns, settings.anchor_rate)
     anchors = image_ns[image]
     points = pair_nearest(anchors, points_ns, settings.points_tolerance_s)
-    back = np.arange(settings.history_steps - 1, -1, -1) * settings.history_step_s
-    history_ns = anchors[:, None] - np.rint(back * SECOND).astype(np.int64)
+    back_s = np.arange(settings.history_steps - 1, -1, -1) * settings.history_step_s
+    back_ns = np.rint(back_s * SECOND).astype(np.int64)
     now = sample_odometry(odometry, anchors, settings.odometry_gap_s)
-    history = sample_odometry(odometry, history_ns, settings.odometry_gap_s)
+    history, known = _history(odometry, anchors, back_ns, settings.odometry_gap_s)
     end_ns = anchors + round(settings.horizon_s * SECOND)
     reasons = {
-        "history begins before the odometry": history_ns[:, 0] < odometry.stamps_ns[0],
+        "history begins before the odometry": anchors - back_ns[0] < odometry.stamps_ns[0],
         "horizon runs past the end of the odometry": end_ns > odometry.stamps_ns[-1],
-        "gap in the odometry of the history": ~history.known.all(axis=1) | ~now.known,
+        "gap in the odometry of the history": ~(known & now.known),
         "no cloud within the tolerance": (points < 0) & settings.points_required,
     }
     lost, keep = _count_losses(reasons, anchors.size)
@@ -128,9 +128,22 @@ def plan_rows(
         points[keep],
         age[keep],
         _take(now, keep),
-        _take(history, keep),
+        history[keep],
         lost,
     )
+
+
+def _history(
+    odometry: PoseSeries, anchors_ns: Stamps, back_ns: Stamps, maximum_gap_s: float
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Velocities (R, H, 2) over the history, and whether all of it is known (R,)."""
+    history = np.empty((anchors_ns.size, back_ns.size, 2), np.float32)
+    known = np.ones(anchors_ns.size, np.bool_)
+    for step, back in enumerate(back_ns.tolist()):
+        samples = sample_odometry(odometry, anchors_ns - back, maximum_gap_s)
+        history[:, step] = samples.velocity
+        known &= samples.known
+    return history, known
 
 
 def _count_losses(

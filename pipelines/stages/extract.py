@@ -135,7 +135,7 @@ def _flat(transform: Transform | None) -> tuple[tuple[float, ...], tuple[float, 
 
 def _write_planned(writer: EpisodeWriter, plan: RowPlan) -> None:
     """Write the columns that the plan alone decides."""
-    writer.write_all("velocity_history", plan.history.velocity.astype(np.float32))
+    writer.write_all("velocity_history", plan.history)
     writer.write_all("stamp_ns", plan.anchor_ns)
     writer.write_all("points_age_ns", plan.points_age_ns)
     writer.write_all("odometry_age_ns", plan.now.age_ns)

@@ -14,7 +14,7 @@ from graspe_data.observation.labels import (
     read_annotation,
 )
 from pipelines.dataset_settings import DatasetManifest
-from pipelines.episode import EpisodeWriter, map_column
+from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.motion_files import read_motion
 from pipelines.row_columns import label_columns
 from pipelines.stage import StageRecord, canonical_json, stage_key, write_record
@@ -79,7 +79,7 @@ def label(
     series = read_motion(episode)
     proposals = propose(series, manifest.proposals)
     decided = decide(proposals, annotation, manifest.labels.unreviewed)
-    anchors = map_column(episode, "stamp_ns").astype("int64")
+    anchors = whole_column(episode, "stamp_ns")
     labels = label_rows(anchors, series.odometry, decided, manifest.label_settings)
     with EpisodeWriter(folder, label_columns(manifest), extracted.rows) as writer:
         writer.write_all("success", labels.success)

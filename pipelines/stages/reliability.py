@@ -7,7 +7,7 @@ from pathlib import Path
 from graspe_data.observation.image_reliability import image_reliability
 from graspe_data.observation.point_reliability import point_reliability
 from pipelines.dataset_settings import DatasetManifest
-from pipelines.episode import EpisodeWriter, map_column
+from pipelines.episode import EpisodeWriter, StoredColumn, whole_column
 from pipelines.row_columns import reliability_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.extract import ExtractRecord
@@ -37,12 +37,16 @@ def reliability(
         episode: The folder of the extract stage.
         folder: An empty folder.
     """
-    images, smoothness = map_column(episode, "image"), map_column(episode, "smoothness")
-    counts = map_column(episode, "point_count")
-    with EpisodeWriter(folder, reliability_columns(), extracted.rows) as writer:
+    counts = whole_column(episode, "point_count")
+    with (
+        StoredColumn(episode, "image") as images,
+        StoredColumn(episode, "smoothness") as smoothness,
+        EpisodeWriter(folder, reliability_columns(), extracted.rows) as writer,
+    ):
         for row in range(extracted.rows):
-            picture = image_reliability(images[row], manifest.image_reliability)
-            cloud = point_reliability(smoothness[row, : counts[row]], manifest.point_reliability)
+            picture = image_reliability(images.row(row), manifest.image_reliability)
+            measured = smoothness.row(row)[: counts[row]]
+            cloud = point_reliability(measured, manifest.point_reliability)
             writer.write(row, {**vars(picture), **vars(cloud)})
         digests = writer.digests()
     record = StageRecord(

@@ -16,9 +16,9 @@ from graspe_data.shards.dataset_manifest import ShardFile
 from graspe_data.shards.shard_writer import write_shard
 from graspe_data.shards.stored_columns import stored_dtype
 from pipelines.dataset_settings import Split
-from pipelines.episode import map_column
+from pipelines.episode import StoredColumn
 
-VERSION = 1
+SMALL_ROW = 256
 
 
 @dataclass(frozen=True)
@@ -103,9 +103,12 @@ def _gather(task: ShardTask, column: Column) -> NDArray[np.generic]:
         if column.stage == "shard":
             gathered[here] = source.recording
             continue
-        values = map_column(source.folders[column.stage], column.name)
-        for target, row in zip(here.tolist(), task.rows[here, 1].tolist(), strict=True):
-            gathered[target] = values[row]
+        with StoredColumn(source.folders[column.stage], column.name) as values:
+            if column.row_bytes <= SMALL_ROW:
+                gathered[here] = values.all()[task.rows[here, 1]]
+                continue
+            for target, row in zip(here.tolist(), task.rows[here, 1].tolist(), strict=True):
+                values.read_into(gathered[target], row)
     return gathered
 
 

@@ -10,7 +10,7 @@ from graspe_data.errors import StageError
 from graspe_data.geometry import Transform
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from pipelines.dataset_settings import DatasetRecipe
-from pipelines.episode import EpisodeWriter, map_column
+from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.row_columns import trajectory_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.extract import ExtractRecord
@@ -40,7 +40,7 @@ def trajectory(
         episode: The folder of the extract stage.
         folder: An empty folder.
     """
-    history = map_column(episode, "velocity_history")
+    history = whole_column(episode, "velocity_history")
     with EpisodeWriter(folder, trajectory_columns(recipe.dataset), extracted.rows) as writer:
         predicted = predicted_trajectory(recipe, extracted) if extracted.rows else None
         for row in range(extracted.rows):
