@@ -40,7 +40,8 @@ class RowPlan:
     ``anchor_ns`` (R,); ``image`` and ``points`` (R,) are the ordinals of the messages on their
     topics, ``points`` -1 where there is no cloud; ``points_age_ns`` (R,) is positive for a cloud
     older than the picture; ``now`` is the odometry at the anchor (R,), ``history`` float32
-    (R, H, 2) the velocities up to it, m/s and rad/s, oldest first. ``lost`` counts the anchors that made no row, by reason.
+    (R, H, 2) the velocities up to it, m/s and rad/s, oldest first. ``lost`` counts the anchors
+    that made no row, by reason.
     """
 
     anchor_ns: Stamps
