@@ -5,119 +5,82 @@ from __future__ import annotations
 from graspe_data.columns import Column
 from pipelines.dataset_settings import DatasetManifest
 
-STAMP = "ns"
+# Name, dtype, unit, frame, meaning.
+EXTRACTED = (
+    ("image", "uint8", "grey value", "camera", "RGB, undistorted and resized"),
+    ("points", "float32", "m", "base_link", "front half, sampled; NaN past point_count"),
+    ("intensity", "float32", "1", "", "of the sensor's maximum; NaN past point_count or if none"),
+    ("point_count", "int32", "1", "", "returns among the points; the rest is padding"),
+    (
+        "smoothness",
+        "float32",
+        "1",
+        "",
+        "c of equation (3) at full resolution; NaN past point_count",
+    ),
+    (
+        "laser_scan",
+        "float32",
+        "m",
+        "base_link",
+        "least horizontal range, right to left; inf if none",
+    ),
+    ("velocity_history", "float32", "m/s, rad/s", "base_link", "oldest first, last at the anchor"),
+    ("stamp_ns", "int64", "ns", "", "the anchor: stamp of the picture"),
+    ("points_age_ns", "int64", "ns", "", "anchor minus stamp of the cloud"),
+    ("odometry_age_ns", "int64", "ns", "", "anchor minus the latest odometry at or before it"),
+    ("image_valid", "bool", "", "", "the picture was decoded"),
+    ("points_valid", "bool", "", "", "a cloud lay within the tolerance"),
+    ("odometry_valid", "bool", "", "", "history and anchor lie in no gap"),
+    ("pose", "float64", "m, rad", "odom", "x, y, z, roll, pitch, yaw at the anchor, interpolated"),
+)
+RELIABILITIES = (
+    ("r_bright", "equation (1): root mean square grey value"),
+    ("r_corners", "saturated number of FAST corners"),
+    ("r_img", "equation (2): image reliability"),
+    ("r_edge", "equation (4): share of edge points"),
+    ("r_planar", "equation (4): share of planar points"),
+    ("r_point", "equation (5): point cloud reliability"),
+)
+LABELS = (
+    ("success", "uint8", "1 success, 0 from the first failing step on"),
+    ("success_mask", "bool", "the recording can judge this step"),
+    ("label_source", "uint8", "0 unjudged, 1 rule, 2 unreviewed proposal, 3 person"),
+)
 
 
 def extract_columns(manifest: DatasetManifest) -> list[Column]:
     """The columns of the extract stage."""
     count = manifest.points.sample.count
-    size = (manifest.image.height, manifest.image.width)
-
-    def column(
-        name: str, dtype: str, shape: tuple[int, ...], unit: str, frame: str, meaning: str
-    ) -> Column:
-        return Column(
+    shapes: dict[str, tuple[int, ...]] = {
+        "image": (manifest.image.height, manifest.image.width, 3),
+        "points": (count, 3),
+        "intensity": (count,),
+        "smoothness": (count,),
+        "laser_scan": (manifest.points.laser_scan.rays,),
+        "velocity_history": (manifest.window.history_steps, 2),
+        "pose": (6,),
+    }
+    return [
+        Column(
             name=name,
             dtype=dtype,
-            shape=shape,
+            shape=shapes.get(name, ()),
             unit=unit,
             frame=frame,
             meaning=meaning,
             stage="extract",
         )
-
-    return [
-        column(
-            "image", "uint8", (*size, 3), "grey value", "camera", "RGB, undistorted and resized"
-        ),
-        column(
-            "points",
-            "float32",
-            (count, 3),
-            "m",
-            "base_link",
-            "front half of the cloud, sampled without replacement; NaN past point_count",
-        ),
-        column(
-            "intensity",
-            "float32",
-            (count,),
-            "1",
-            "",
-            "of the sensor's maximum; NaN past point_count or where the sensor gives none",
-        ),
-        column(
-            "point_count", "int32", (), "1", "", "returns among the points; the rest is padding"
-        ),
-        column(
-            "smoothness",
-            "float32",
-            (count,),
-            "1",
-            "",
-            "c of equation (3) at full resolution; NaN past point_count",
-        ),
-        column(
-            "laser_scan",
-            "float32",
-            (manifest.points.laser_scan.rays,),
-            "m",
-            "base_link",
-            "least horizontal range a ray, right to left, from the full cloud; inf where empty",
-        ),
-        column(
-            "velocity_history",
-            "float32",
-            (manifest.window.history_steps, 2),
-            "m/s, rad/s",
-            "base_link",
-            "linear velocity and yaw rate, oldest first, the last at the anchor",
-        ),
-        column("stamp_ns", "int64", (), STAMP, "", "the anchor: stamp of the picture"),
-        column("points_age_ns", "int64", (), STAMP, "", "anchor minus stamp of the cloud"),
-        column(
-            "odometry_age_ns",
-            "int64",
-            (),
-            STAMP,
-            "",
-            "anchor minus the latest odometry at or before it",
-        ),
-        column("image_valid", "bool", (), "", "", "the picture was decoded"),
-        column("points_valid", "bool", (), "", "", "a cloud lay within the tolerance"),
-        column("odometry_valid", "bool", (), "", "", "history and anchor lie in no gap"),
-        column(
-            "pose",
-            "float64",
-            (6,),
-            "m, rad",
-            "odom",
-            "x, y, z, roll, pitch, yaw at the anchor, interpolated",
-        ),
+        for name, dtype, unit, frame, meaning in EXTRACTED
     ]
 
 
 def reliability_columns() -> list[Column]:
     """The columns of the reliability stage."""
-    meanings = {
-        "r_bright": "equation (1): root mean square grey value",
-        "r_corners": "saturated number of FAST corners",
-        "r_img": "equation (2): image reliability",
-        "r_edge": "equation (4): share of edge points",
-        "r_planar": "equation (4): share of planar points",
-        "r_point": "equation (5): point cloud reliability",
-    }
+    stage = "reliability"
     return [
-        Column(
-            name=name,
-            dtype="float32",
-            shape=(),
-            unit="1",
-            frame="",
-            meaning=meaning,
-            stage="reliability",
-        )
-        for name, meaning in meanings.items()
+        Column(name=name, dtype="float32", shape=(), unit="1", frame="", meaning=text, stage=stage)
+        for name, text in RELIABILITIES
     ]
 
 
@@ -139,17 +102,10 @@ def trajectory_columns(manifest: DatasetManifest) -> list[Column]:
 
 def label_columns(manifest: DatasetManifest) -> list[Column]:
     """The columns of the label stage."""
-    steps = (manifest.horizon.steps,)
-    meanings = {
-        "success": ("uint8", "1 success, 0 from the first failing step on"),
-        "success_mask": ("bool", "the recording can judge this step"),
-        "label_source": ("uint8", "0 unjudged, 1 rule, 2 unreviewed proposal, 3 person"),
-    }
+    shape = (manifest.horizon.steps,)
     return [
-        Column(
-            name=name, dtype=dtype, shape=steps, unit="", frame="", meaning=meaning, stage="label"
-        )
-        for name, (dtype, meaning) in meanings.items()
+        Column(name=name, dtype=dtype, shape=shape, unit="", frame="", meaning=text, stage="label")
+        for name, dtype, text in LABELS
     ]
 
 
