@@ -28,7 +28,7 @@ SHAPES: dict[str, tuple[str, tuple[int, ...]]] = {
     "image": ("uint8", (240, 320, 3)),
     "points": ("float32", (10000, 3)),
     "velocity_history": ("float32", (50, 2)),
-    "success": ("uint8", (50,)),
+    "success": ("uint8", (10,)),
 }
 
 Row = dict[str, NDArray[np.generic]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
 
 from graspe_data.manifest import Settings
 
@@ -40,9 +39,3 @@ class Column(Settings):
     def row_bytes(self) -> int:
         """Bytes of one stored row, for codecs of a fixed size."""
         return int(np.prod(self.stored_shape, dtype=np.int64)) * np.dtype(self.dtype).itemsize
-
-
-def empty_rows(column: Column, rows: int) -> NDArray[np.generic]:
-    """An uninitialised array of stored rows."""
-    dtype: DTypeLike = np.dtype(column.dtype)
-    return np.empty((rows, *column.stored_shape), dtype)

@@ -5,12 +5,16 @@ class GraspeError(Exception):
     """A fault that a user can cause and mend. The command line prints its text alone."""
 
 
+class FileError(GraspeError):
+    """A file that cannot be written."""
+
+
 class ManifestError(GraspeError):
     """A manifest that cannot be read or does not validate."""
 
 
 class GeometryError(GraspeError):
-    """Frames that do not connect, or a rotation that is none."""
+    """Frames that do not connect, or numbers that describe no rotation."""
 
 
 class RecordingError(GraspeError):

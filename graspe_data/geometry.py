@@ -52,7 +52,10 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
 
 @dataclass(frozen=True)
 class Transform:
-    """A rigid transform that carries points of a child frame into its parent frame."""
+    """A rigid transform that carries points of a child frame into its parent frame.
+
+    ``rotation``: float64 (3, 3). ``translation``: float64 (3,), metres, in the parent frame.
+    """
 
     rotation: Floats
     translation: Floats
@@ -74,7 +77,7 @@ class Transform:
         )
 
     def inverse(self) -> Transform:
-        """The transform back."""
+        """The transform from the parent frame into the child frame."""
         return Transform(self.rotation.T, -self.rotation.T @ self.translation)
 
     def apply(self, points: NDArray[np.floating]) -> NDArray[np.floating]:

@@ -21,7 +21,7 @@ Kind = Literal["robots", "datasets", "recipes", "scenarios"]
 class Settings(BaseModel):
     """Base of every manifest and of every group of parameters: frozen, unknown keys refused."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -53,9 +53,12 @@ def find_manifest(kind: Kind, name: str | Path, beside: Path | None = None) -> P
         if candidate.is_file():
             return candidate
     known = sorted(path.stem for path in folder.glob("*.yaml"))
+    nearest = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
+    advice = f" Did you mean {nearest[0]!r}?" if nearest else ""
+    where = "" if beside is None else f" beside {beside} or here"
     raise ManifestError(
-        f"{kind}: no manifest {str(name)!r}: not a file, nor one that ships "
-        f"({', '.join(known) or 'none'}).{_suggestion(str(name), known)}"
+        f"{kind}: no manifest {str(name)!r}: no such file{where}, and those that ship are "
+        f"{', '.join(known) or 'none'}.{advice}"
     )
 
 
@@ -74,7 +77,7 @@ def read_yaml(path: Path) -> Any:
         return yaml.safe_load(text)
     except (OSError, UnicodeDecodeError) as error:
         raise ManifestError(f"{path}: cannot be read: {error}") from error
-    except (yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError) as error:
         raise ManifestError(f"{path}: not valid YAML: {error}") from error
 
 
@@ -101,7 +104,9 @@ def validate(content: dict[str, Any], model: type[Model], where: str) -> Model:
 
 
 def _describe(fault: ErrorDetails, model: type[BaseModel]) -> str:
-    key = ".".join(str(part) for part in fault["loc"])
+    key = ".".join(str(part) for part in fault["loc"]) or "the whole"
+    if fault["type"] == "value_error":
+        return f"{key}: {fault['msg'].removeprefix('Value error, ')}."
     if fault["type"] != "extra_forbidden":
         return f"{key}: {fault['msg']} (found {reprlib.repr(fault['input'])})."
     known = _known_keys(model, fault["loc"][:-1])

@@ -24,6 +24,15 @@ class Topics(Settings):
     command: str | None = None
     imu: str | None = None
 
+    @model_validator(mode="after")
+    def _one_role_each(self) -> Self:
+        roles: dict[str, str] = {}
+        for role, topic in self:
+            if topic is not None and topic in roles:
+                raise ValueError(f"{topic} is named as both {roles[topic]} and {role}")
+            roles[topic] = role
+        return self
+
 
 class Clock(Settings):
     """How a topic's stamps become time.
@@ -97,7 +106,7 @@ class Lidar(Settings):
     rings: Annotated[int, Field(ge=1, le=256)] | None = None
     """None recovers the number of rings from the cloud where it has no ring field."""
     intensity_maximum: Positive = 255.0
-    minimum_range: Annotated[float, Field(ge=0)] = 0.0
+    minimum_range: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
 class Limits(Settings):

@@ -25,7 +25,7 @@ class PointCloud:
 
     ``xyz``: float32 (N, 3), metres. ``intensity``: float32 (N,) on the sensor's own scale, or None.
     ``ring``: int32 (N,), or None; an organised cloud gives its row. NaN, infinite and (0, 0, 0)
-    returns are removed; ``returns`` counts the points of the message, those included.
+    returns are removed.
     """
 
     stamp_ns: int
@@ -33,7 +33,6 @@ class PointCloud:
     xyz: NDArray[np.float32]
     intensity: NDArray[np.float32] | None
     ring: NDArray[np.int32] | None
-    returns: int
 
 
 @dataclass(frozen=True)

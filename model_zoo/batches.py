@@ -62,11 +62,11 @@ class BatchLoader:
         self.order = EpochOrder(
             len(dataset), dataset.digest, seed, batch_size, rank, world_size, tail
         )
-        self._position = 0
+        self._steps = _Steps(self.order)
         self._loader = DataLoader(
             _Gather(dataset),
             batch_size=None,
-            sampler=_Indices(self),
+            sampler=self._steps,
             num_workers=workers,
             persistent_workers=workers > 0,
             collate_fn=_to_tensors,
@@ -76,7 +76,7 @@ class BatchLoader:
     @property
     def epoch(self) -> int:
         """The epoch of the next batch, from 0."""
-        return self.order.epoch_of(self._position)
+        return self.order.epoch_of(self._steps.position)
 
     def __len__(self) -> int:
         """Batches of a whole epoch."""
@@ -86,16 +86,16 @@ class BatchLoader:
     def __iter__(self) -> Iterator[Batch]:
         """The batches from here to the end of the epoch."""
         for step, batch in zip(self.steps(), self._loader, strict=True):
-            self._position = step.next_position
+            self._steps.position = step.next_position
             yield batch
 
     def steps(self) -> Iterator[Step]:
         """The steps from here to the end of the epoch, without reading a row."""
-        return self.order.epoch_steps(self._position)
+        return self._steps.remaining()
 
     def state(self) -> int:
         """Samples consumed by all ranks: all there is to save, with ``dataset.digest``."""
-        return self._position
+        return self._steps.position
 
     def resume(self, state: int, digest: str) -> None:
         """Go on after ``state``, saved by a run with any number of ranks or workers.
@@ -110,7 +110,7 @@ class BatchLoader:
         self.order.check_digest(digest)
         if state < 0:
             raise ShardError(f"state {state}: expected the samples consumed, 0 or more.")
-        self._position = state
+        self._steps.position = state
 
 
 class _Gather(TorchDataset[dict[str, NDArray[np.generic]]]):
@@ -123,14 +123,22 @@ class _Gather(TorchDataset[dict[str, NDArray[np.generic]]]):
         return self._dataset.batch(indices)
 
 
-class _Indices(Sampler[NDArray[np.int64]]):
-    """The rows of the batches from the loader's position on."""
+class _Steps(Sampler[NDArray[np.int64]]):
+    """The position in an order, and the rows of the batches from there on.
 
-    def __init__(self, loader: BatchLoader) -> None:
-        self._loader = loader
+    It knows nothing of the loader: in a reference cycle, a loader that is dropped would keep its
+    workers until the garbage collector comes, and then wait for them.
+    """
+
+    def __init__(self, order: EpochOrder) -> None:
+        self._order = order
+        self.position = 0
+
+    def remaining(self) -> Iterator[Step]:
+        return self._order.epoch_steps(self.position)
 
     def __iter__(self) -> Iterator[NDArray[np.int64]]:
-        return (step.indices for step in self._loader.steps())
+        return (step.indices for step in self.remaining())
 
 
 def _to_tensors(batch: Any) -> Batch:

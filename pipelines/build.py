@@ -68,7 +68,7 @@ def build_dataset(
             raise StageError(_no_rows(episodes, refused))
         entries = [recording_entry(recipe, episode) for episode in episodes]
         entries += [refused_entry(recipe, refusal) for refusal in refused]
-        columns = row_columns(recipe.dataset)
+        columns = row_columns(recipe)
         tasks = _shard_tasks(recipe, columns, episodes, entries, out)
         shards = _make_shards(tasks, _earlier_shards(out), workers, progress)
         index = write_index(out, dataset_index(recipe, columns, entries, shards))
@@ -85,14 +85,15 @@ def _process(
     progress: Progress,
 ) -> Iterator[Episode | Refusal]:
     tasks = [
-        RecordingTask(path.resolve(), recipe, (out / EPISODES).resolve()) for path in recordings
+        RecordingTask(path.absolute(), recipe, (out / EPISODES).resolve()) for path in recordings
     ]
     progress.start("recordings", len(tasks))
     for task, outcome in run_all(workers, process_recording, tasks):
         outcome = outcome or Refusal(  # noqa: PLW2901
             task.path,
             "",
-            f"{task.path.name}: its worker process was killed, as when memory runs out.",
+            f"{task.path.name}: its worker process ended (killed, or it could not start); try "
+            f"--workers 1.",
         )
         progress.advance(_told(outcome))
         yield outcome
@@ -182,7 +183,7 @@ def _make_shards(
     for task, shard in run_all(workers, make_shard, missing):
         if shard is None:
             raise StageError(
-                f"{task.path}: its worker process was killed, as when memory runs out: lower "
+                f"{task.path}: its worker process ended, as when memory runs out: lower "
                 f"`storage.rows_per_shard` or use fewer workers."
             )
         made[task.path] = shard
@@ -191,7 +192,7 @@ def _make_shards(
 
 
 def _prune(out: Path, index: DatasetIndex, episodes: Sequence[Episode]) -> None:
-    """Remove shards and stages that the committed dataset does not refer to."""
+    """Remove shards that the dataset does not refer to, and superseded stages of its recordings."""
     kept = {out / shard.path for split in index.splits.values() for shard in split}
     for path in (out / "shards").glob("*.npz"):
         if path not in kept:

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from graspe_data.atomic_file import PARTIAL_SUFFIX
 from graspe_data.errors import StageError
-from graspe_data.shards.atomic_file import PARTIAL_SUFFIX
 
 
 @contextmanager
@@ -55,7 +55,7 @@ def only_builder(folder: Path) -> Iterator[None]:
     """Hold a folder for one build; the lock ends with the process, however it ends.
 
     Raises:
-        StageError: Another build is at work in the folder, or it cannot be made.
+        StageError: It cannot be made, other files lie in it, or another build is at work there.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -65,13 +65,24 @@ def only_builder(folder: Path) -> Iterator[None]:
             f"{folder}: cannot be the dataset's folder: {error.strerror}. Give another --out."
         ) from error
     try:
+        _check_ours(folder)
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        os.close(handle)
+    except BlockingIOError as error:
         raise StageError(
             f"{folder}: another build is at work here. Wait for it, or give another --out."
         ) from error
-    try:
+    else:
         yield
     finally:
         os.close(handle)
+
+
+def _check_ours(folder: Path) -> None:
+    names = sorted(path.name for path in folder.iterdir())
+    if {"episodes", "dataset.json"} & set(names):
+        return
+    if others := [name for name in names if not name.endswith(PARTIAL_SUFFIX)]:
+        raise StageError(
+            f"{folder}: holds other files ({', '.join(others[:3])}), so it is no place for a "
+            f"dataset. Give a new folder to --out."
+        )

@@ -15,6 +15,7 @@ Result = TypeVar("Result")
 
 RETRIES = 3
 CONNECT_TIMEOUT = "10s"
+WORKER_TIMEOUT_S = 60
 
 
 def run_on_cluster(
@@ -85,6 +86,13 @@ def _cluster(address: str) -> Iterator[Any]:
             raise StageError(
                 f"no Dask scheduler answers at {address}: {error}. Start one with `dask scheduler` "
                 f"and workers with `dask worker {address}`."
+            ) from error
+        try:
+            client.wait_for_workers(1, timeout=WORKER_TIMEOUT_S)
+        except TimeoutError as error:
+            raise StageError(
+                f"the Dask scheduler at {address} has no workers. Start some with `dask worker "
+                f"{address}`."
             ) from error
         yield client
 

@@ -9,7 +9,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from graspe_data.columns import Codec
-from graspe_data.manifest import Settings, find_manifest, load_manifest
+from graspe_data.errors import ManifestError
+from graspe_data.manifest import (
+    Settings,
+    find_manifest,
+    load_manifest,
+    read_yaml,
+    shipped_manifests,
+)
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.labels import LabelSettings, ProposalSettings, Unreviewed
 from graspe_data.observation.laser_scan import LaserScanSettings
@@ -91,14 +98,20 @@ class SplitSettings(Settings):
         total = self.train + self.validation + self.test
         if abs(total - 1.0) > 1e-6:  # noqa: PLR2004
             raise ValueError(f"train + validation + test is {total:g}, and must be 1")
+        names = [group.name for group in self.groups]
+        if repeated := {name for name in names if names.count(name) > 1}:
+            raise ValueError(
+                f"groups: {', '.join(sorted(repeated))} is declared twice; list all its recordings "
+                f"in one group"
+            )
         return self
 
-    def group_of(self, recording: str) -> Group:
-        """The declared group of a recording; a recording in none is its own group."""
+    def group_of(self, recording: str) -> Group | None:
+        """The declared group of a recording, by its name."""
         for group in self.groups:
             if any(fnmatch.fnmatchcase(recording, pattern) for pattern in group.recordings):
                 return group
-        return Group(name=recording, recordings=(recording,))
+        return None
 
 
 class StorageSettings(Settings):
@@ -174,6 +187,22 @@ def load_recipe(name: str | Path) -> DatasetRecipe:
         ManifestError: Either manifest is missing or does not validate.
     """
     path = find_manifest("datasets", name)
+    content = read_yaml(path)
+    if isinstance(content, dict) and "footprint" in content:
+        raise ManifestError(
+            f"{path}: this is a robot manifest. Give a dataset manifest that names it under "
+            f"`robot:`; `{shipped_manifests() / 'datasets' / 'graspe.yaml'}` is one to copy."
+        )
     dataset = load_manifest(path, DatasetManifest)
-    robot_path = find_manifest("robots", dataset.robot, beside=path.parent)
-    return DatasetRecipe(dataset=dataset, robot=load_manifest(robot_path, Robot))
+    return DatasetRecipe(dataset=dataset, robot=load_manifest(robot_manifest(name), Robot))
+
+
+def robot_manifest(name: str | Path) -> Path:
+    """The path of the robot manifest that a dataset manifest names.
+
+    Raises:
+        ManifestError: Either is missing, or the dataset manifest does not validate.
+    """
+    path = find_manifest("datasets", name)
+    dataset = load_manifest(path, DatasetManifest)
+    return find_manifest("robots", dataset.robot, beside=path.parent)

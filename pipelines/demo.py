@@ -6,8 +6,8 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from graspe_data.atomic_file import PARTIAL_SUFFIX
 from graspe_data.recordings.writing import Compression, Container
-from graspe_data.shards.atomic_file import PARTIAL_SUFFIX
 from graspe_data.simulation.plain_world import Block, Trunk, World
 from graspe_data.simulation.scripted_drive import Leg, drive
 from graspe_data.simulation.scripted_recording import Sensors, record_drive

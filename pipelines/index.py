@@ -17,12 +17,14 @@ from pipelines.statistics import episode_statistics
 
 def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
     """What a dataset keeps of a recording that was read."""
-    group, split = split_of(episode.path.name, recipe.dataset.split, recipe.dataset.seed)
+    dataset = recipe.dataset
+    group, split = split_of(episode.path.name, episode.digest, dataset.split, dataset.seed)
     extracted, labelled = episode.extracted, episode.labelled
     losses = [loss.model_dump(mode="json") for loss in extracted.losses]
     details: dict[str, JsonValue] = {
         "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
         "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
+        "time_zero_ns": extracted.time_zero_ns,
         "offsets_ns": dict(extracted.offsets_ns),
         "damage": [dict(loss) for loss in losses],
         "annotated": labelled.annotated,
@@ -45,7 +47,8 @@ def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
 
 def refused_entry(recipe: DatasetRecipe, refusal: Refusal) -> RecordingEntry:
     """What a dataset keeps of a recording that was refused: its name and the reason."""
-    group, _ = split_of(refusal.path.name, recipe.dataset.split, recipe.dataset.seed)
+    dataset = recipe.dataset
+    group, _ = split_of(refusal.path.name, refusal.digest, dataset.split, dataset.seed)
     return RecordingEntry(
         name=refusal.path.name,
         digest=refusal.digest,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.errors import GeometryError
 from graspe_data.observation.labels import (
     CommandSeries,
     InertialSeries,
@@ -18,33 +18,41 @@ from graspe_data.observation.labels import (
 )
 from graspe_data.recordings.clocks import Timeline
 from graspe_data.recordings.synchronised import SynchronisedRecording
-from graspe_data.recordings.tracks import InertialTrack, Tracks
 from graspe_data.shards.aligned_npz import map_npz, write_npz
 
 MOTION_FILE = "motion.npz"
 Arrays = Mapping[str, NDArray[np.generic]]
 
 
-def motion_series(synchronised: SynchronisedRecording, base_frame: str) -> MotionSeries:
-    """What the label rules look at, from a synchronised recording."""
+def motion_series(synchronised: SynchronisedRecording) -> MotionSeries:
+    """What the label rules look at, from a synchronised recording.
+
+    Roll and pitch are left out where the odometry is planar. A quantity that the IMU does not
+    measure at all is zero, so that the other still counts.
+    """
     odometry, tracks = synchronised.odometry, synchronised.tracks
     x, y, _, roll, pitch, yaw = odometry.pose.T
+    tilts = bool(np.any(roll) or np.any(pitch))
+    v, omega = odometry.velocity.T
+    series = OdometrySeries(
+        odometry.stamps_ns,
+        x,
+        y,
+        yaw,
+        v,
+        omega,
+        roll if tilts else None,
+        pitch if tilts else None,
+    )
     command = inertial = None
     if tracks.command is not None and synchronised.command_time is not None:
         stamps, (v, omega) = _in_time(synchronised.command_time, *tracks.command.velocity.T)
         command = CommandSeries(stamps, v, omega)
     if tracks.imu is not None and synchronised.imu_time is not None:
-        rotation = _base_from_imu(tracks, tracks.imu, base_frame)
-        stamps, (gyro, accel) = _in_time(
-            synchronised.imu_time,
-            tracks.imu.gyro @ rotation.T,
-            tracks.imu.acceleration @ rotation.T,
-        )
+        quantities = _measured(tracks.imu.gyro), _measured(tracks.imu.acceleration)
+        stamps, (gyro, accel) = _in_time(synchronised.imu_time, *quantities)
         inertial = InertialSeries(stamps, gyro, accel)
-    v, omega = odometry.velocity.T
-    return MotionSeries(
-        OdometrySeries(odometry.stamps_ns, x, y, yaw, v, omega, roll, pitch), command, inertial
-    )
+    return MotionSeries(series, command, inertial)
 
 
 def write_motion(folder: Path, series: MotionSeries) -> str:
@@ -80,14 +88,12 @@ def _in_time(
 ) -> tuple[NDArray[np.int64], list[NDArray[np.float64]]]:
     """Sort by time, keep one sample a stamp, leave out samples that are not finite."""
     stamps, first = np.unique(time.stamps_ns, return_index=True)
-    table = np.concatenate([value.reshape(len(value), -1) for value in values], axis=1)[first]
+    table = np.concatenate(
+        [value.reshape(len(value), math.prod(value.shape[1:])) for value in values], axis=1
+    )[first]
     finite = np.isfinite(table).all(axis=1)
     return stamps[finite], [value[first][finite] for value in values]
 
 
-def _base_from_imu(tracks: Tracks, imu: InertialTrack, base_frame: str) -> NDArray[np.float64]:
-    """The rotation into base_link; none where the recording does not say how the IMU sits."""
-    try:
-        return tracks.frames.lookup(base_frame, imu.frame).rotation
-    except GeometryError:
-        return np.eye(3)
+def _measured(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.zeros_like(values) if np.isnan(values).all() else values

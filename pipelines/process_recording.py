@@ -59,7 +59,9 @@ def process_recording(task: RecordingTask) -> Episode | Refusal:
         digest = recording_digest(task.path)
         return _stages(task, digest)
     except GraspeError as error:
-        return Refusal(task.path, digest, str(error))
+        text = str(error)
+        named = text if task.path.name in text else f"{task.path.name}: {text}"
+        return Refusal(task.path, digest, named)
     except OSError as error:
         return Refusal(task.path, digest, f"{task.path}: {error.strerror or error}.")
 

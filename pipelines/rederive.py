@@ -20,7 +20,7 @@ from graspe_data.shards.stored_columns import decode_rows
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import StoredColumn, whole_column
 from pipelines.stages.extract import extract
-from pipelines.stages.label import find_annotation, label
+from pipelines.stages.label import LabelRecord, find_annotation, label
 from pipelines.stages.reliability import reliability
 from pipelines.stages.trajectory import trajectory
 
@@ -33,6 +33,8 @@ class Rederivation:
 
     rows: int
     faults: tuple[str, ...]
+    not_given: tuple[str, ...] = ()
+    """Recordings of the dataset that were not given, so that none of their rows was derived."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ def rederive_rows(folder: Path, recordings: Sequence[Path], count: int, seed: in
         except GraspeError as error:
             faults.append(f"{entry.name}: cannot be derived again: {error}")
     total = sum(choice.rows.size for choices in chosen.values() for choice in choices)
-    return Rederivation(total, tuple(faults))
+    not_given = [index.recordings[n].name for n in sorted(wanted.values()) if n not in paths]
+    return Rederivation(total, tuple(faults), tuple(not_given))
 
 
 def _recipe(index: DatasetIndex) -> DatasetRecipe:
@@ -125,13 +128,19 @@ def _compare(
         folders = {stage: Path(scratch) / stage for stage in STAGES}
         for stage in folders.values():
             stage.mkdir()
-        _derive(recipe, entry, path, folders, stamps)
+        labelled = _derive(recipe, entry, path, folders, stamps)
+        stale = labelled.key != entry.stages.get("label")
+        if stale:
+            yield (
+                f"{entry.name}: its labels file, or this program, changed since the build: run "
+                f"`graspe dataset build` again."
+            )
         made = whole_column(folders["extract"], "stamp_ns")
         for choice in choices:
             stored = Dataset(folder, choice.split)
             batch = stored.batch(choice.rows)
             for column in stored.columns:
-                if column.stage == "shard":
+                if column.stage == "shard" or (stale and column.stage == "label"):
                     continue
                 with StoredColumn(folders[column.stage], column.name) as derived:
                     for position, stamp in enumerate(choice.stamps.tolist()):
@@ -149,14 +158,14 @@ def _derive(
     path: Path,
     folders: dict[str, Path],
     stamps: NDArray[np.int64],
-) -> None:
+) -> LabelRecord:
     dataset: DatasetManifest = recipe.dataset
     extracted = extract(path, entry.digest, recipe, folders["extract"], only=stamps)
     episode = folders["extract"]
     reliability(dataset, extracted, episode, folders["reliability"])
     trajectory(recipe, extracted, episode, folders["trajectory"])
     annotation = find_annotation(path, entry.digest)
-    label(dataset, extracted, annotation, episode, folders["label"])
+    return label(dataset, extracted, annotation, episode, folders["label"])
 
 
 def _row(column: Column, derived: StoredColumn, rows: NDArray[np.intp]) -> bytes | None:

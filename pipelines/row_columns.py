@@ -1,14 +1,14 @@
-"""The columns of a row, as design decides them, with the sizes that a manifest sets."""
+"""The columns of a row: what each is, with the sizes and frames that the manifests set."""
 
 from __future__ import annotations
 
 from graspe_data.columns import Column
-from pipelines.dataset_settings import DatasetManifest
+from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 
 # Name, dtype, unit, frame, meaning.
 EXTRACTED = (
     ("image", "uint8", "grey value", "camera", "RGB, undistorted and resized"),
-    ("points", "float32", "m", "base_link", "front half, sampled; NaN past point_count"),
+    ("points", "float32", "m", "base", "front half, sampled; NaN past point_count"),
     ("intensity", "float32", "1", "", "of the sensor's maximum; NaN past point_count or if none"),
     ("point_count", "int32", "1", "", "returns among the points; the rest is padding"),
     (
@@ -25,14 +25,20 @@ EXTRACTED = (
         "base_link",
         "least horizontal range, right to left; inf if none",
     ),
-    ("velocity_history", "float32", "m/s, rad/s", "base_link", "oldest first, last at the anchor"),
+    ("velocity_history", "float32", "m/s, rad/s", "base", "oldest first, last at the anchor"),
     ("stamp_ns", "int64", "ns", "", "the anchor: stamp of the picture"),
     ("points_age_ns", "int64", "ns", "", "anchor minus stamp of the cloud"),
     ("odometry_age_ns", "int64", "ns", "", "anchor minus the latest odometry at or before it"),
     ("image_valid", "bool", "", "", "the picture was decoded"),
     ("points_valid", "bool", "", "", "a cloud lay within the tolerance"),
     ("odometry_valid", "bool", "", "", "history and anchor lie in no gap"),
-    ("pose", "float64", "m, rad", "odom", "x, y, z, roll, pitch, yaw at the anchor, interpolated"),
+    (
+        "pose",
+        "float64",
+        "m, rad",
+        "odometry",
+        "x, y, z, roll, pitch, yaw at the anchor, interpolated",
+    ),
 )
 RELIABILITIES = (
     ("r_bright", "equation (1): root mean square grey value"),
@@ -49,8 +55,10 @@ LABELS = (
 )
 
 
-def extract_columns(manifest: DatasetManifest) -> list[Column]:
-    """The columns of the extract stage."""
+def extract_columns(recipe: DatasetRecipe) -> list[Column]:
+    """The columns of the extract stage, in the robot's own frames."""
+    manifest, robot = recipe.dataset, recipe.robot
+    frames = {"base": robot.base_frame, "odometry": robot.odometry_frame, "camera": "camera"}
     count = manifest.points.sample.count
     shapes: dict[str, tuple[int, ...]] = {
         "image": (manifest.image.height, manifest.image.width, 3),
@@ -67,7 +75,7 @@ def extract_columns(manifest: DatasetManifest) -> list[Column]:
             dtype=dtype,
             shape=shapes.get(name, ()),
             unit=unit,
-            frame=frame,
+            frame=frames.get(frame, ""),
             meaning=meaning,
             stage="extract",
         )
@@ -122,10 +130,11 @@ def provenance_column() -> Column:
     )
 
 
-def row_columns(manifest: DatasetManifest) -> list[Column]:
+def row_columns(recipe: DatasetRecipe) -> list[Column]:
     """Every column that a shard holds."""
+    manifest = recipe.dataset
     columns = [
-        *extract_columns(manifest),
+        *extract_columns(recipe),
         *reliability_columns(),
         *trajectory_columns(manifest),
         *label_columns(manifest),

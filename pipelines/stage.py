@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -58,8 +57,9 @@ def read_record(folder: Path, model: type[Record], key: str) -> Record | None:
     if not folder.exists():
         return None
     try:
-        record = model.model_validate_json((folder / RECORD).read_bytes())
-        if record.key == key and _intact(folder, record):
+        content = (folder / RECORD).read_bytes()
+        record = model.model_validate_json(content.partition(b"\n")[0])
+        if content == _sealed(record) and record.key == key and _intact(folder, record):
             return record
     except (OSError, ValidationError):
         pass
@@ -77,5 +77,10 @@ def _intact(folder: Path, record: StageRecord) -> bool:
 
 def write_record(folder: Path, record: StageRecord) -> None:
     """Write the record, as the last file of a stage."""
-    content: Mapping[str, Any] = record.model_dump(mode="json")
-    (folder / RECORD).write_bytes(canonical_json(content))
+    (folder / RECORD).write_bytes(_sealed(record))
+
+
+def _sealed(record: StageRecord) -> bytes:
+    """The record's JSON, and on a line of its own the digest of that."""
+    content = canonical_json(record.model_dump(mode="json"))
+    return content + b"\n" + hashlib.sha256(content).hexdigest().encode()

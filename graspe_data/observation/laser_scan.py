@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from graspe_data.manifest import Settings
 
@@ -20,6 +20,14 @@ class LaserScanSettings(Settings):
     maximum_height: float = 1.2
     minimum_range: Annotated[float, Field(ge=0)] = 0.3
     maximum_range: Annotated[float, Field(gt=0)] = 10.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        for what in ("height", "range"):
+            low, high = getattr(self, f"minimum_{what}"), getattr(self, f"maximum_{what}")
+            if low > high:
+                raise ValueError(f"minimum_{what} {low} is above maximum_{what} {high}")
+        return self
 
 
 def laser_scan(

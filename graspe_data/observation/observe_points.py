@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
@@ -33,6 +33,13 @@ class PointObservationSettings(Settings):
     minimum_range: Annotated[float, Field(ge=0)] = 0.0
     maximum_range: Annotated[float, Field(gt=0, le=1e6)] = 1000.0
     base_height: float = 0.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        near, far = self.minimum_range, self.maximum_range
+        if near > far:
+            raise ValueError(f"minimum_range {near} is above maximum_range {far}")
+        return self
 
 
 @dataclass(frozen=True)
@@ -66,14 +73,15 @@ def observe_points(
         seed: Of the sample, see ``row_seed``.
 
     Raises:
-        ObservationError: The ring field is none.
+        ObservationError: The ring field holds no ring numbers.
     """
     useful = _within_range(cloud, settings)
     moved = _moved(useful.xyz, base_from_lidar)
     scan = laser_scan(moved, settings.base_height, settings.laser_scan)
     ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
     view = _taken(useful, ahead)
-    found = ring_order(view.xyz, view.ring, settings.rings, view.intensity)
+    turned = _turned_ahead(view.xyz, base_from_lidar)
+    found = ring_order(turned, view.ring, settings.rings, view.intensity)
     ordered = _taken(view, found.order)
     curvature = smoothness(ordered.xyz, found.ring_starts, settings.neighbours)
     strength = None
@@ -105,6 +113,20 @@ def _taken(cloud: PointCloud, rows: NDArray[np.int64]) -> PointCloud:
         intensity=None if cloud.intensity is None else cloud.intensity[rows],
         ring=None if cloud.ring is None else cloud.ring[rows],
     )
+
+
+def _turned_ahead(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:
+    """Turn about the lidar's axis until x points ahead of the robot.
+
+    A ring then begins behind the robot, outside the front half, however the lidar is mounted.
+    """
+    ahead = transform.rotation[0, :2]
+    length = float(np.hypot(*ahead))
+    if length == 0 or (ahead[0] > 0 and ahead[1] == 0):
+        return xyz
+    cosine, sine = (ahead / length).astype(np.float32)
+    x, y, z = xyz.T
+    return np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=1)
 
 
 def _moved(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:

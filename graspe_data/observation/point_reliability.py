@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from graspe_data.manifest import Settings
 
@@ -21,6 +23,13 @@ class PointReliabilitySettings(Settings):
     edge_above: float = 0.1
     edge_weight: float = 0.2
     planar_weight: float = 1.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        low, high = self.planar_below, self.edge_above
+        if low > high:
+            raise ValueError(f"planar_below {low} is above edge_above {high}")
+        return self
 
 
 @dataclass(frozen=True)

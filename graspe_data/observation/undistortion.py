@@ -22,7 +22,9 @@ class Rectifier:
     """Brings one camera's pictures to the dataset's size.
 
     ``source`` and ``intrinsics`` are the calibration of the pictures that go in and come out; the
-    latter has no distortion.
+    latter has no distortion. ``maps``, None where there is nothing to undistort, are OpenCV's
+    fixed-point maps of the source's size: int16 (H, W, 2), whole pixels (x, y) of the recorded
+    picture, and uint16 (H, W), an index of the fractions, in steps of 1/32 pixel.
     """
 
     source: Intrinsics
@@ -59,7 +61,8 @@ def rectifier(intrinsics: Intrinsics, size: tuple[int, int] = (320, 240)) -> Rec
         ObservationError: The distortion has a number of coefficients its model does not know.
     """
     flat, maps = intrinsics, None
-    if intrinsics.distortion_model != "none" and any(intrinsics.distortion):
+    fisheye = intrinsics.distortion_model == "equidistant"
+    if fisheye or (intrinsics.distortion_model != "none" and any(intrinsics.distortion)):
         _check_coefficients(intrinsics)
         flat = _undistorted(intrinsics)
         maps = _maps(intrinsics, flat)

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
 
 from graspe_data.errors import RecordingError
 from graspe_data.manifest import Settings
 from graspe_data.recordings.tracks import Stamps, StampTrack
 from graspe_data.robot import Clock
 
+Positive = Annotated[float, Field(gt=0)]
+
 SECOND = 1_000_000_000
 DAY_S = 86_400
+LONGEST_PAUSE_S = 0.5
 
 
 class ClockSettings(Settings):
     """How far apart clocks may be before rows are refused."""
 
-    maximum_skew_s: float = 1.0
+    maximum_skew_s: Positive = 1.0
     """Largest difference between a topic's skew and the camera's, after its offset."""
-    constant_within_s: float = 0.2
-    """A skew whose 5th to 95th percentile lies within this is constant."""
+    constant_within_s: Positive = 0.2
+    """How far the difference may run over the recording: beyond it, clocks drift or jump."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,7 @@ def camera_timeline(track: StampTrack, clock: Clock) -> Timeline:
         RecordingError: The stamps asked for are absent or zero.
     """
     stamps, source = _own_stamps(track, clock)
-    offset = 0 if clock.offset_s == "measured" else round(clock.offset_s * SECOND)
+    offset = _declared_ns(track, clock, "it is measured against the camera itself")
     return Timeline(track.topic, stamps + offset, offset, source)
 
 
@@ -73,26 +79,56 @@ def timeline(
     """
     camera_skew = _camera_skew_at(track.bag_ns, camera, camera_time)
     if track.header_ns is None:
-        stamps = track.bag_ns - camera_skew
-        return Timeline(track.topic, stamps, 0, "bag time, by the camera's skew")
+        offset = _declared_ns(track, clock, "its messages have no header stamp to measure by")
+        stamps = track.bag_ns - camera_skew + offset
+        return Timeline(track.topic, stamps, offset, "bag time, by the camera's skew")
     stamps, source = _own_stamps(track, clock)
-    difference = track.bag_ns - stamps - camera_skew
-    low, middle, high = (round(q) for q in np.percentile(difference, (5, 50, 95)))
+    near = _between_pictures(track.bag_ns, camera)
+    difference = (track.bag_ns - stamps - camera_skew)[near]
+    low, middle, high = _course(difference[np.argsort(track.bag_ns[near], kind="stable")])
     constant = high - low <= limits.constant_within_s * SECOND
-    if clock.offset_s == "measured":
-        if not constant:
-            advice = "the clocks are unrelated, so no offset can be measured"
-            raise _unrelated(track, camera, low, middle, high, advice)
-        offset = middle
-    else:
-        offset = round(clock.offset_s * SECOND)
+    measured = clock.offset_s == "measured"
+    offset = middle if measured else _declared_ns(track, clock, "")
+    if not constant:
+        advice = "it is not constant, so the clocks are unrelated"
+        raise _unrelated(track, camera, low, middle, high, advice)
     if abs(middle - offset) > limits.maximum_skew_s * SECOND:
-        raise _unrelated(track, camera, low, middle, high, _advice(middle, constant=constant))
+        raise _unrelated(track, camera, low, middle, high, _advice(middle))
     return Timeline(track.topic, stamps + offset, offset, source)
 
 
-def _advice(difference_ns: int, *, constant: bool) -> str:
-    if not constant or abs(difference_ns) > DAY_S * SECOND:
+def _between_pictures(bag_ns: Stamps, camera: StampTrack) -> NDArray[np.bool_]:
+    """Which messages came while pictures came: the camera's skew is known there."""
+    pictures = np.sort(camera.bag_ns)
+    if pictures.size == 1:
+        return np.ones(bag_ns.size, np.bool_)
+    after = np.clip(np.searchsorted(pictures, bag_ns), 1, pictures.size - 1)
+    interval = pictures[after] - pictures[after - 1]
+    inside = (bag_ns >= pictures[0]) & (bag_ns <= pictures[-1])
+    near = inside & (interval <= max(LONGEST_PAUSE_S * SECOND, 3 * float(np.median(interval))))
+    return near if near.any() else np.ones(bag_ns.size, np.bool_)
+
+
+def _course(difference_ns: Stamps) -> tuple[int, int, int]:
+    """The lowest, middle and highest of the medians of ten stretches of a recording.
+
+    Medians are blind to messages that the recorder got late, and see clocks that drift or jump.
+    """
+    stretches = np.array_split(difference_ns, max(1, min(10, difference_ns.size // 5)))
+    medians = [float(np.median(stretch)) for stretch in stretches]
+    return round(min(medians)), round(float(np.median(difference_ns))), round(max(medians))
+
+
+def _declared_ns(track: StampTrack, clock: Clock, why_not: str) -> int:
+    if clock.offset_s == "measured":
+        raise RecordingError(
+            f"{track.topic}: `offset_s: measured` cannot be: {why_not}. Declare seconds."
+        )
+    return round(clock.offset_s * SECOND)
+
+
+def _advice(difference_ns: int) -> str:
+    if abs(difference_ns) > DAY_S * SECOND:
         return "the clocks are unrelated"
     return (
         "it is constant: if the sensors did run together, set `offset_s: "

@@ -6,26 +6,26 @@ import hashlib
 from pathlib import Path
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.layout import storage_files
 
 
 def recording_digest(path: Path) -> str:
-    """Digest a recording.
+    """Digest the messages of a recording, whatever lies beside them.
 
     Returns:
-        For a file the hexadecimal SHA-256 of its content; for a folder the SHA-256 over one line
-        ``name sha256`` a file, in the order of their names.
+        For one file the hexadecimal SHA-256 of its content, in a folder or not; for several the
+        SHA-256 over one line a file with its digest, in their order.
 
     Raises:
-        RecordingError: The path does not exist or cannot be read.
+        RecordingError: The path does not exist, cannot be read, or holds no recording.
     """
     try:
-        if not path.is_dir():
-            return _file_digest(path)
-        files = sorted(item for item in path.iterdir() if item.is_file())
-        lines = "".join(f"{item.name} {_file_digest(item)}\n" for item in files)
+        digests = [_file_digest(file) for file in storage_files(path)]
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}.") from error
-    return hashlib.sha256(lines.encode()).hexdigest()
+    if len(digests) == 1:
+        return digests[0]
+    return hashlib.sha256("".join(f"{digest}\n" for digest in digests).encode()).hexdigest()
 
 
 def _file_digest(path: Path) -> str:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.errors import RecordingError
+from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import FrameTree, Transform, plain_frame
 from graspe_data.recordings.decoding import (
     body_velocities,
@@ -64,6 +63,7 @@ class _Pass:
         self.edges: dict[tuple[str, str], Transform] = {}
         self.calibration: CameraCalibration | None = None
         self.imu_frame = ""
+        self.odometry_child = ""
         self.broken: Counter[str] = Counter()
         self.faults: dict[str, str] = {}
 
@@ -80,7 +80,7 @@ class _Pass:
                 self.sensors[raw.topic].seen += 1
             try:
                 self._take(raw)
-            except RecordingError as error:
+            except (RecordingError, GeometryError) as error:
                 self.broken[raw.topic] += 1
                 self.faults.setdefault(raw.topic, str(error))
 
@@ -103,6 +103,8 @@ class _Pass:
             self.sensors[raw.topic].add(sample.stamp_ns, raw.bag_time_ns, *values)
         else:
             motion = decode_motion(self.recording.decode(raw), kind, raw.topic)
+            if raw.topic == topics.odometry:
+                self.odometry_child = plain_frame(motion.child_frame)
             self._add_motion(raw, motion)
 
     def _add_stamp(self, raw: RawMessage) -> None:
@@ -151,7 +153,14 @@ class _Pass:
             Loss(f"does not decode; the first: {self.faults[topic]}", topic, count)
             for topic, count in sorted(self.broken.items())
         ]
-        return (*self.recording.losses, *undecoded)
+        topics = self.robot.topics
+        optional = {"command": topics.command, "imu": topics.imu}
+        absent = [
+            Loss(f"named as {role} in the robot manifest, not in the recording", topic)
+            for role, topic in optional.items()
+            if topic is not None and topic not in self.recording.topics
+        ]
+        return (*self.recording.losses, *undecoded, *absent)
 
 
 def read_tracks(recording: Recording, robot: Robot) -> Tracks:
@@ -165,6 +174,7 @@ def read_tracks(recording: Recording, robot: Robot) -> Tracks:
     reading = _Pass(recording, robot)
     reading.run()
     topics = robot.topics
+    _check_odometry_frame(reading.odometry_child, robot, FrameTree(reading.edges))
     odometry = reading.motion(topics.odometry)
     empty = [name for name in (topics.image, topics.points) if not reading.sensors[name].bag]
     if odometry is None or empty:
@@ -173,7 +183,7 @@ def read_tracks(recording: Recording, robot: Robot) -> Tracks:
     return Tracks(
         image=reading.sensors[topics.image].stamps(topics.image),
         points=reading.sensors[topics.points].stamps(topics.points),
-        odometry=_with_velocity(odometry, robot.odometry_velocity),
+        odometry=_with_velocity(odometry, robot),
         command=reading.motion(topics.command),
         imu=reading.inertial(topics.imu),
         calibration=reading.calibration,
@@ -201,14 +211,33 @@ def _require_topics(recording: Recording, topics: Topics) -> None:
         )
 
 
-def _with_velocity(
-    track: MotionTrack, wanted: Literal["reported", "differentiated"]
-) -> MotionTrack:
-    """Differentiate the poses where that is asked for, or where the type carries no twist."""
+def _check_odometry_frame(child: str, robot: Robot, frames: FrameTree) -> None:
+    """Refuse odometry of a frame that tf_static places elsewhere than base_link."""
+    base = plain_frame(robot.base_frame)
+    if not child or child == base or not {child, base} <= set(frames.frames):
+        return
+    offset = frames.lookup(base, child)
+    if np.allclose(offset.rotation, np.eye(3)) and np.allclose(offset.translation, 0):
+        return
+    raise RecordingError(
+        f"{robot.topics.odometry}: odometry of the frame {child!r}, which tf_static places at "
+        f"{np.round(offset.translation, 3).tolist()} m in {base!r}. Name odometry of {base!r} "
+        f"under `topics.odometry`, or set `base_frame: {child}` and mount the sensors in it."
+    )
+
+
+def _with_velocity(track: MotionTrack, robot: Robot) -> MotionTrack:
+    """Differentiate the poses where that is asked for, or where the type carries no twist.
+
+    The time between poses is that of the clock which the robot manifest chooses.
+    """
     reported = not np.isnan(track.velocity).all()
-    if np.isnan(track.position).any() or (reported and wanted == "reported"):
+    unposed = np.isnan(track.position).all()
+    if unposed or (reported and robot.odometry_velocity == "reported"):
         return track
-    clock = track.stamps.header_ns if track.stamps.header_ns is not None else track.stamps.bag_ns
+    clock = track.stamps.header_ns
+    if clock is None or robot.clocks.odometry.stamp == "bag":
+        clock = track.stamps.bag_ns
     order = np.argsort(clock, kind="stable")
     velocity = np.empty_like(track.velocity)
     linear, yaw_rate = body_velocities(clock[order], track.position[order], track.quaternion[order])

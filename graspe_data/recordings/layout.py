@@ -54,13 +54,10 @@ def find_layout(path: Path) -> Layout:
     """
     losses: list[Loss] = []
     metadata: dict[str, Any] = {}
+    files = storage_files(path) if not path.is_dir() else []
     if path.is_dir():
         metadata = _read_metadata(path, losses)
         files = _files_in(path, metadata, losses)
-    elif path.is_file():
-        files = [path]
-    else:
-        raise RecordingError(f"{path}: there is no such file or folder.")
     temporary, readable = _decompressed(files, losses)
     formats = [_format_of(file) for file in readable]
     known = next((name for name in formats if name is not None), None)
@@ -78,6 +75,20 @@ def find_layout(path: Path) -> Layout:
     layout = Layout(path, files, known, kept, losses=losses, temporary=temporary)
     _note_metadata(layout, metadata)
     return layout
+
+
+def storage_files(path: Path) -> list[Path]:
+    """The files that hold a recording's messages, in order; nothing that lies beside them.
+
+    Raises:
+        RecordingError: There is no such path, or no recording in the folder.
+    """
+    if path.is_file():
+        return [path]
+    if not path.is_dir():
+        raise RecordingError(f"{path}: there is no such file or folder.")
+    losses: list[Loss] = []
+    return _files_in(path, _read_metadata(path, losses), losses)
 
 
 def _read_metadata(folder: Path, losses: list[Loss]) -> dict[str, Any]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import yaml
 
+from graspe_data.manifest import read_yaml
+
 _PLAIN_EXTRAS: Final = "/_.-"
 _COMMENT_COLUMN: Final = 44
 _WIDTH: Final = 110
+_MISSING: Final = re.compile(r"#\s*missing\b")
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,43 @@ def manifest_text(source: str, lines: Sequence[ManifestLine]) -> str:
         "# Check every `guess`, and fill in every `missing`, before building a dataset with it.",
     ]
     return "\n".join([*head, *map(_line, lines)]) + "\n"
+
+
+def unfilled(path: Path) -> list[str]:
+    """The keys, dotted, of the lines of a manifest that are still marked ``# missing``.
+
+    The mark is on the key's line or in a comment right above it.
+
+    Raises:
+        ManifestError: The file cannot be read, or is not YAML.
+    """
+    read_yaml(path)
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    keys = _keys(yaml.compose(text, yaml.SafeLoader))
+    return [key for key, first, end in keys if _is_marked(lines, first, end)]
+
+
+def _keys(node: yaml.Node | None, parent: str = "") -> Iterator[tuple[str, int, tuple[int, int]]]:
+    """Each key of a mapping in block style and below, its line, and where its text there ends."""
+    if not isinstance(node, yaml.MappingNode) or node.flow_style:
+        return
+    for key, value in node.value:
+        name, first = f"{parent}{key.value}", key.start_mark.line
+        opens = value.start_mark.line != first
+        mark = key.end_mark if opens else value.end_mark
+        yield name, first, (mark.line, mark.column)
+        yield from _keys(value, f"{name}.")
+
+
+def _is_marked(lines: Sequence[str], first: int, end: tuple[int, int]) -> bool:
+    line, column = end
+    comments = [lines[line][column:].lstrip(" :,")] if line < len(lines) else []
+    above = first - 1
+    while above >= 0 and lines[above].lstrip().startswith("#"):
+        comments.append(lines[above].lstrip())
+        above -= 1
+    return any(_MISSING.match(comment) for comment in comments)
 
 
 def _line(line: ManifestLine) -> str:

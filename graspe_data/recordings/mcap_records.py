@@ -61,7 +61,7 @@ def walk_messages(content: bytes) -> Iterator[tuple[int, int, memoryview]]:
 
 
 def chunk_span(head: bytes, offset: int, available: int) -> ChunkSpan | None:
-    """The chunk whose content starts at ``offset`` of the file, or None where it is none.
+    """The chunk whose content starts at ``offset`` of the file, or None where no chunk is.
 
     Args:
         head: The first bytes of the content.

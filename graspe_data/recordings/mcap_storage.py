@@ -42,8 +42,6 @@ class _Summary:
 class McapStorage:
     """One ``.mcap`` file."""
 
-    format = "mcap"
-
     def __init__(self, path: Path) -> None:
         """Open the file, and read its summary or scan it."""
         self._source = Source(path)

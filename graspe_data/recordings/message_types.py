@@ -111,8 +111,8 @@ def _wire(store: Typestore, field: Any) -> Any:
 def _known(default: Typestore, message_type: str) -> Typestore:
     if message_type not in default.fielddefs:
         raise RecordingError(
-            f"{message_type}: the recording holds no definition of this type, and it is none of "
-            f"the standard ones. Record with a format that keeps definitions (MCAP, or db3 of "
+            f"{message_type}: the recording holds no definition of this type, and the standard "
+            f"ones do not have it. Record with a format that keeps definitions (MCAP, or db3 of "
             f"ROS 2 Iron and later)."
         )
     return default
@@ -136,7 +136,9 @@ def _with_nested(fields: Typesdict, message_type: str, default: Typestore) -> Ty
             continue
         known = fields.get(name) or default.fielddefs.get(name)
         if known is None:
-            raise RecordingError(f"{message_type}: its definition refers to {name}, which is none.")
+            raise RecordingError(
+                f"{message_type}: its definition refers to {name}, which nothing defines."
+            )
         complete[name] = known
         waiting += [other for _, field in known[1] for other in _references(field)]
     return complete

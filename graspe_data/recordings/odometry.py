@@ -76,7 +76,7 @@ def sample_odometry(series: PoseSeries, times_ns: Stamps, maximum_gap_s: float) 
     share = (times_ns - stamps[left]) / span
     exact = (times_ns == stamps[left]) | (times_ns == stamps[left + 1])
     inside = (times_ns >= stamps[0]) & (times_ns <= stamps[-1])
-    known = exact | (inside & (span <= maximum_gap_s * SECOND))
+    known = exact | (inside & (span <= round(maximum_gap_s * SECOND)))
     return PoseSamples(
         pose=_blend(series.pose, left, share),
         velocity=_blend(series.velocity, left, share),

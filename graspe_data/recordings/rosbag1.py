@@ -33,8 +33,6 @@ class _IndexReader(rosbag1.Reader):
 class BagStorage:
     """One ``.bag`` or ``.bag.active`` file."""
 
-    format = "rosbag1"
-
     def __init__(self, path: Path) -> None:
         """Open the file, and read its index or scan it."""
         self._source = Source(path)

@@ -26,7 +26,7 @@ class Record(NamedTuple):
 
 
 def u32(fields: dict[bytes, bytes], name: bytes) -> int:
-    """A field as unsigned integer of 32 bits; ValueError where it is none."""
+    """A field as unsigned integer of 32 bits; ValueError where it is absent or of another size."""
     value = fields.get(name, b"")
     if len(value) != _U32.size:
         raise ValueError(f"has a record without the field {name.decode()}")
@@ -34,7 +34,7 @@ def u32(fields: dict[bytes, bytes], name: bytes) -> int:
 
 
 def time_ns(fields: dict[bytes, bytes], name: bytes) -> int:
-    """A field as time, u32 seconds and u32 nanoseconds; ValueError where it is none."""
+    """A field as time in ns, from u32 seconds and u32 nanoseconds; ValueError as ``u32``."""
     value = fields.get(name, b"")
     if len(value) != TIME.size:
         raise ValueError(f"has a record without the field {name.decode()}")

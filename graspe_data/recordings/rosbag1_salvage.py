@@ -11,6 +11,7 @@ from graspe_data.recordings.chunks import ChunkSpan, read_content
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.rosbag1_records import (
+    BAG,
     CHUNK,
     CHUNK_INFO,
     CONNECTION,
@@ -32,7 +33,7 @@ PREFIX = 1 << 12
 CHUNK_MARK = re.compile(rb"\x04\x00\x00\x00op=\x05")
 LONGEST_CHUNK_HEADER = 80
 COMPRESSIONS = (b"none", b"bz2", b"lz4")
-OPS = (3, INDEX, CHUNK, CHUNK_INFO, CONNECTION)
+OPS = (BAG, INDEX, CHUNK, CHUNK_INFO, CONNECTION)
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,9 @@ from math import ceil, floor
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from graspe_data.errors import RecordingError
 from graspe_data.geometry import plain_frame
+from graspe_data.recordings.base_height import base_height
 from graspe_data.recordings.clocks import SECOND, ClockSettings, camera_timeline, timeline
 from graspe_data.recordings.manifest_lines import ManifestLine, manifest_text
 from graspe_data.recordings.recording import open_recording
@@ -33,7 +32,6 @@ Lines = Iterator[ManifestLine]
 PLACEHOLDER: Final = "/fill_in/"
 LARGEST_UNDECLARED_SKEW_S: Final = 1.0
 _INTENSITY_SCALES: Final = (1.0, 255.0, 65535.0)
-_ON_THE_GROUND_M: Final = 0.1
 _PACKET_MODELS: Final = {16: "VLP-16", 32: "VLP-32C"}
 
 
@@ -109,28 +107,8 @@ class _Scaffold:
         yield ManifestLine(0, "base_frame", self.choice.base_frame, base_note)
         odometry_note = source if odometry is not None else guess
         yield ManifestLine(0, "odometry_frame", self.choice.odometry_frame, odometry_note)
-        height, note = self._base_height()
+        height, note = base_height(self.survey, self.choice)
         yield ManifestLine(0, "base_height", height, note)
-
-    def _base_height(self) -> tuple[float, str]:
-        """Height of the base above the ground: by base_footprint, or by the lowest points."""
-        base = self.choice.base_frame
-        footprint = mounting(self.survey, base, "base_footprint")
-        if footprint is not None:
-            height = round(float(-footprint.translation[2]), 3)
-            return height + 0.0, "from tf_static: base_footprint is on the ground"
-        points = self._chosen("points")
-        content = None if points is None else points.content
-        if points is None or not isinstance(content, CloudContent) or content.ground_z is None:
-            return 0.0, "missing: metres from the ground to the base frame"
-        placed = mounting(self.survey, base, points.frame)
-        if placed is None:
-            return 0.0, "missing: metres from the ground to the base frame"
-        ground = placed.apply(np.array([0.0, 0.0, content.ground_z]))
-        found = float(-ground[2])
-        height = 0.0 if abs(found) < _ON_THE_GROUND_M else round(found, 2)
-        seen = f"{points.info.name} sees most low points {found:.2f} m below {base}"
-        return height, f"guess: {seen}; measure it"
 
     def _camera(self) -> Lines:
         yield ManifestLine(0, "camera")

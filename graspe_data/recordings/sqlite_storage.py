@@ -39,8 +39,6 @@ class SqliteStorage:
         compressed_messages: Whether every payload is zstd; None to see by their first bytes.
     """
 
-    format = "sqlite3"
-
     def __init__(self, path: Path, *, compressed_messages: bool | None = None) -> None:
         """Open the file, and see whether its time index is sound."""
         self._path = path

@@ -69,27 +69,31 @@ def pair_nearest(stamps_ns: Stamps, others_ns: Stamps, tolerance_s: float) -> In
     left = np.maximum(right - 1, 0)
     nearer_left = np.abs(stamps_ns - ordered[left]) <= np.abs(ordered[right] - stamps_ns)
     nearest = np.where(nearer_left, left, right)
-    within = np.abs(ordered[nearest] - stamps_ns) <= tolerance_s * SECOND
+    within = np.abs(ordered[nearest] - stamps_ns) <= round(tolerance_s * SECOND)
     return np.where(within, order[nearest], -1)
 
 
 def choose_anchors(stamps_ns: Stamps, rate: float) -> Indices:
     """Indices of the stamps kept at a rate, in time order.
 
-    A stamp is kept when it lies at least a period after the last one kept, less half the topic's
-    own interval, so that jitter does not halve the rate. Repeated stamps are kept once.
+    The first stamp begins a schedule of one anchor a period. A stamp is kept when it reaches its
+    time in the schedule, or misses it by less than half the topic's own interval; after a pause the
+    schedule begins anew. Repeated stamps are kept once.
     """
     order = np.argsort(stamps_ns, kind="stable")
     ordered = stamps_ns[order]
     intervals = np.diff(ordered)
     typical = float(np.median(intervals[intervals > 0])) if np.any(intervals > 0) else 0.0
     period = SECOND / rate
-    spacing = max(period - 0.5 * min(typical, period), 1.0)
-    kept, next_ns = [], ordered[0]
+    early = min(0.5 * typical, 0.5 * period)
+    kept: list[int] = []
+    due, last = float(ordered[0]), None
     for position, stamp in enumerate(ordered.tolist()):
-        if stamp >= next_ns:
-            kept.append(position)
-            next_ns = stamp + spacing
+        if stamp < due - early or stamp == last:
+            continue
+        kept.append(position)
+        last = stamp
+        due = due + period if stamp < due + period else stamp + period
     return order[np.array(kept, np.int64)]
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ShardError
-from graspe_data.shards.atomic_file import write_atomically
 from graspe_data.shards.npy_header import NpyHeader, npy_header, parse_npy_header
 from graspe_data.shards.zip_container import StoredMember, container_pieces
 from graspe_data.shards.zip_directory import Extent, read_directory
@@ -137,7 +137,7 @@ def write_npz(
         ShardError: A name or dtype that cannot be stored, or a file that cannot be written.
     """
     members = [_member(path, name, arrays[name]) for name in sorted(arrays)]
-    write_atomically(path, container_pieces(members, zip64=zip64))
+    write_atomically(path, container_pieces(members, zip64=zip64), ShardError)
     return {member.name.removesuffix(".npy"): _digest(member) for member in members}
 
 

@@ -94,7 +94,7 @@ class Dataset:
             ShardError: As :meth:`batch`.
         """
         if not 0 <= index < len(self):
-            raise IndexError(f"row {index} is not in 0..{len(self) - 1}")
+            raise IndexError(self._no_row(index))
         shard = bisect_right(self._starts, index) - 1
         arrays, local = self._arrays(shard), index - self._starts[shard]
         row: dict[str, Array] = {}
@@ -136,13 +136,19 @@ class Dataset:
 
     def _locate(self, indices: NDArray[np.int64]) -> list[_Place]:
         """For each row its shard's arrays and its place in them."""
-        if indices.size and not 0 <= indices.min() <= indices.max() < len(self):
-            raise IndexError(f"row {indices.min()} or {indices.max()} is not in 0..{len(self) - 1}")
+        outside = (indices < 0) | (indices >= len(self))
+        if outside.any():
+            raise IndexError(self._no_row(int(indices[outside][0])))
         starts = np.asarray(self._starts)
         shards = np.searchsorted(starts, indices, side="right") - 1
         local = (indices - starts[shards]).tolist()
         arrays = {shard: self._arrays(shard) for shard in set(shards.tolist())}
         return [(arrays[shard], row) for shard, row in zip(shards.tolist(), local, strict=True)]
+
+    def _no_row(self, index: int) -> str:
+        if not len(self):
+            return f"row {index}: the split {self.split!r} has no rows"
+        return f"row {index} is not in 0..{len(self) - 1} of the split {self.split!r}"
 
     def _gather(self, column: Column, places: list[_Place]) -> Array:
         name = column.name

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, StringConstraints, field_validator, model_validator
 
+from graspe_data.atomic_file import write_atomically
 from graspe_data.columns import Column
 from graspe_data.errors import ManifestError, ShardError
 from graspe_data.manifest import Settings, validate
-from graspe_data.shards.atomic_file import write_atomically
 
 MANIFEST_NAME = "dataset.json"
 
@@ -87,6 +87,7 @@ class DatasetIndex(Settings):
         order_seed: Seed of the order in which rows were shuffled into shards.
         statistics: Numbers for the report.
         dataset_digest: :meth:`content_digest`; set by :func:`write_index`.
+        document_digest: :meth:`whole_digest`; set by :func:`write_index`.
     """
 
     format: Literal["graspe-dataset-1"] = "graspe-dataset-1"
@@ -101,6 +102,7 @@ class DatasetIndex(Settings):
     order_seed: int = 0
     statistics: Mapping[str, JsonValue] = {}
     dataset_digest: Sha256 | Literal[""] = ""
+    document_digest: Sha256 | Literal[""] = ""
 
     @field_validator("columns")
     @classmethod
@@ -155,10 +157,14 @@ class DatasetIndex(Settings):
             for entry in self.recordings
         ]
         content = self.model_dump(
-            mode="json", include={"format", "columns", "group_key", "configuration", "order_seed"}
+            mode="json", include={"format", "group_key", "configuration", "order_seed"}
         )
-        text = canonical_json({**content, "recordings": recordings}, indent=None)
-        return hashlib.sha256(text.encode("utf-8")).hexdigest()
+        columns = [column.model_dump(mode="json", exclude={"codec"}) for column in self.columns]
+        return _digest({**content, "columns": columns, "recordings": recordings})
+
+    def whole_digest(self) -> str:
+        """SHA-256 over all of the document but this digest: nothing of it can change unseen."""
+        return _digest(self.model_dump(mode="json", exclude={"document_digest"}))
 
 
 def canonical_json(content: Mapping[str, Any], *, indent: int | None = 2) -> str:
@@ -173,7 +179,9 @@ def canonical_json(content: Mapping[str, Any], *, indent: int | None = 2) -> str
             content, sort_keys=True, indent=indent, separators=separators, allow_nan=False
         )
     except ValueError as error:
-        raise ShardError(f"{MANIFEST_NAME}: {error}; store null where a number is none.") from error
+        raise ShardError(
+            f"{MANIFEST_NAME}: {error}; store null where there is no number."
+        ) from error
 
 
 def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
@@ -185,9 +193,10 @@ def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
     Raises:
         ShardError: It cannot be written, or holds numbers that JSON does not have.
     """
-    committed = index.model_copy(update={"dataset_digest": index.content_digest()})
+    named = index.model_copy(update={"dataset_digest": index.content_digest()})
+    committed = named.model_copy(update={"document_digest": named.whole_digest()})
     text = canonical_json(committed.model_dump(mode="json")) + "\n"
-    write_atomically(folder / MANIFEST_NAME, [text.encode("utf-8")])
+    write_atomically(folder / MANIFEST_NAME, [text.encode("utf-8")], ShardError)
     return committed
 
 
@@ -225,10 +234,19 @@ def _validated(path: Path, content: Any) -> DatasetIndex:
         index = validate(content, DatasetIndex, str(path))
     except ManifestError as error:
         raise ShardError(f"{error}\n{_REBUILD}") from error
-    expected = index.content_digest()
-    if index.dataset_digest != expected:
-        raise ShardError(
-            f"{path}: was changed by hand or damaged: its content has the digest {expected}, "
-            f"it says {index.dataset_digest or 'none'}. {_REBUILD}"
-        )
+    digests = (
+        (index.content_digest(), index.dataset_digest),
+        (index.whole_digest(), index.document_digest),
+    )
+    for expected, found in digests:
+        if expected != found:
+            raise ShardError(
+                f"{path}: was changed by hand or damaged: its content has the digest {expected}, "
+                f"it says {found or 'none'}. {_REBUILD}"
+            )
     return index
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    text = canonical_json(content, indent=None)
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()

@@ -39,7 +39,7 @@ def npy_header(array: NDArray[np.generic]) -> bytes:
     """
     descr = array.dtype.str
     if not _NUMBERS.fullmatch(descr):
-        raise ValueError(f"dtype {array.dtype} is none of bool, int, uint, float up to 64 bits")
+        raise ValueError(f"dtype {array.dtype} is not one of bool, int, uint, float up to 64 bits")
     text = f"{{'descr': '{descr}', 'fortran_order': False, 'shape': {array.shape}, }}"
     length = -(-(len(_MAGIC) + 4 + len(text) + 1) // ALIGNMENT) * ALIGNMENT
     padded = text.ljust(length - len(_MAGIC) - 5) + "\n"

@@ -76,6 +76,13 @@ class Sensors:
     height: int = 240
     light: float = 1.0
 
+    def __post_init__(self) -> None:
+        """Refuse rates that the simulation's step cannot keep."""
+        for name in ("camera", "lidar", "odometry", "imu", "command"):
+            steps = 1 / (getattr(self, f"{name}_rate") * STEP_S)
+            if steps < 1 or abs(steps - round(steps)) > 1e-9:  # noqa: PLR2004
+                raise ValueError(f"{name}_rate: {1 / STEP_S:g} Hz must be a multiple of it")
+
     @property
     def focal_length(self) -> float:
         """Pixels; the picture is 67 degrees wide."""

@@ -1,4 +1,4 @@
-"""``graspe dataset``: build, info, verify, report."""
+"""``graspe dataset``: build, info, verify, report, picture."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from rich.table import Table
 
 from graspe_data.errors import ShardError
 from graspe_data.recordings.discovery import find_recordings
+from graspe_data.recordings.manifest_lines import unfilled
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from graspe_data.shards.verify import verify_dataset
-from pipelines.build import BuildResult, build_dataset
-from pipelines.dataset_settings import load_recipe
+from pipelines.build import SPLITS, BuildResult, build_dataset
+from pipelines.dataset_settings import load_recipe, robot_manifest
 from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 from pipelines.rederive import rederive_rows
@@ -28,8 +29,10 @@ FAULTY = 2
 Folder = Annotated[Path, typer.Argument(help="The dataset's folder.", show_default=False)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Recordings = Annotated[
-    list[Path], typer.Option("--recordings", "-r", help="Recordings, or folders of them.")
+    list[Path],
+    typer.Option("--recordings", "-r", help="Recordings, or folders of them; one or several."),
 ]
+More = Annotated[list[Path] | None, typer.Argument(hidden=True)]
 
 
 @app.command()
@@ -37,6 +40,7 @@ def build(
     manifest: Annotated[str, typer.Argument(help="A dataset manifest: a path or a shipped name.")],
     recordings: Recordings,
     out: Annotated[Path, typer.Option(help="The dataset's folder.")],
+    more: More = None,
     workers: Annotated[int, typer.Option(min=1, help="Local worker processes.")] = 1,
     scheduler: Annotated[
         str | None, typer.Option(help="A Dask scheduler, such as tcp://host:8786.")
@@ -49,7 +53,13 @@ def build(
     """
     one_thread()
     recipe = load_recipe(manifest)
-    found = find_recordings(recordings)
+    if left := unfilled(robot_manifest(manifest)):
+        typer.echo(
+            f"the robot manifest still marks as missing: {', '.join(left)}. Fill in the values, or "
+            f"delete the marks.",
+            err=True,
+        )
+    found = find_recordings([*recordings, *(more or [])])
     with ConsoleProgress(Console(stderr=True)) as progress:
         result = build_dataset(recipe, found, out, Workers(workers, scheduler), progress)
     if as_json:
@@ -76,25 +86,35 @@ def verify(
         int, typer.Option(min=0, help="Derive so many random rows again from the recordings.")
     ] = 0,
     recordings: Recordings = [],  # noqa: B006
+    more: More = None,
     seed: Annotated[int, typer.Option(help="Seed of the choice of rows.")] = 0,
     as_json: AsJson = False,
 ) -> None:
     """Check every digest of a dataset, and rows against the recordings they came from."""
     faults = [str(fault) for fault in verify_dataset(folder)]
-    checked = 0
+    checked, not_given = 0, ()  # type: int, tuple[str, ...]
     if against_bags:
         one_thread()
         if not recordings:
             raise ShardError("--against-bags needs --recordings: where do the recordings lie now?")
-        result = rederive_rows(folder, find_recordings(recordings), against_bags, seed)
+        found = find_recordings([*recordings, *(more or [])])
+        result = rederive_rows(folder, found, against_bags, seed)
         checked, faults = result.rows, faults + list(result.faults)
+        not_given = result.not_given
     if as_json:
-        typer.echo(json.dumps({"faults": faults, "rows_derived_again": checked}, indent=2))
+        typer.echo(
+            json.dumps(
+                {"faults": faults, "rows_derived_again": checked, "not_given": list(not_given)},
+                indent=2,
+            )
+        )
     else:
         for fault in faults:
             typer.echo(fault)
         again = f", {checked} rows derived again from the recordings" if against_bags else ""
         typer.echo(f"{folder}: {len(faults)} faults{again}.")
+        if not_given:
+            typer.echo(f"not given, so not derived again: {', '.join(not_given)}")
     raise typer.Exit(FAULTY if faults else 0)
 
 
@@ -146,17 +166,19 @@ def _print_build(result: BuildResult, out: Path) -> None:
 
 
 def _print_index(index: DatasetIndex) -> None:
-    table = Table("recording", "split", "group", "rows", "lost", "failing", title=index.name)
+    table = Table("recording", "split", "rows", "lost", "failing", title=index.name)
     for entry in index.recordings:
         statistics = entry.details.get("statistics")
         failing = statistics.get("rows_failing", "") if isinstance(statistics, dict) else ""
-        lost = "; ".join(f"{count} {reason}" for reason, count in entry.losses.items())
-        refused = "refused" if "refused" in entry.details else (entry.split or "no rows")
-        table.add_row(entry.name, refused, entry.group, str(entry.rows), lost or "-", str(failing))
+        split = "refused" if "refused" in entry.details else (entry.split or "no rows")
+        lost = sum(entry.losses.values())
+        table.add_row(entry.name, split, str(entry.rows), str(lost), str(failing))
     Console().print(table)
-    rows = ", ".join(f"{split} {index.rows(split)}" for split in index.splits)
+    for reason, count in sorted(index.losses.items()):
+        typer.echo(f"lost: {count} {reason}")
+    rows = ", ".join(f"{split} {index.rows(split)}" for split in SPLITS if split in index.splits)
     typer.echo(f"rows: {rows}; digest {index.dataset_digest}")
-    empty = [split for split in index.splits if not index.rows(split)]
+    empty = [split for split in SPLITS if split in index.splits and not index.rows(split)]
     if empty:
         typer.echo(
             f"no rows in: {', '.join(empty)}. Splits are drawn by group; with few groups, declare "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -26,10 +28,12 @@ def demo(
     from pipelines.report import write_report  # noqa: PLC0415  (matplotlib is slow to load)
 
     write_report(dataset, page)
+    program = "graspe" if shutil.which("graspe") else sys.argv[0]
     rows = ", ".join(f"{split} {result.index.rows(split)}" for split in result.index.splits)
     typer.echo(
         f"recordings: {out / 'recordings'}\ndataset:    {dataset} ({rows} rows)\n"
         f"report:     {page}\n"
-        f"Next: graspe inspect {out / 'recordings'}; graspe dataset verify {dataset} "
-        f"--against-bags 20 --recordings {out / 'recordings'}"
+        f"Next:\n  {program} inspect {out / 'recordings'}\n"
+        f"  {program} dataset verify {dataset} --against-bags 20 --recordings "
+        f"{out / 'recordings'}"
     )

@@ -139,7 +139,7 @@ def _skew(skew: Skew) -> str:
     if smallest == largest_seen:
         return f"bag time - stamp: {median} {unit}"
     within = f"5-95 % {low} to {high}, all {smallest} to {largest_seen}"
-    drift = f"drift {skew.drift_s * scale:+z.{digits}f}"
+    drift = f"drift {skew.drift_s * scale:+z.{digits}f} {unit}"
     return f"bag time - stamp in {unit}: median {median}, {within}, {drift}"
 
 

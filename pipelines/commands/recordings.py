@@ -18,6 +18,7 @@ from graspe_data.robot import Robot
 from pipelines.commands.inspection_text import print_inspection
 
 SOME_UNREADABLE = 3
+CANDIDATES_SHOWN = 20
 
 
 def register(app: typer.Typer) -> None:
@@ -62,7 +63,9 @@ def inspect(
 
 
 def scaffold(
-    recording: Annotated[Path, typer.Argument(help="A recording.", show_default=False)],
+    recording: Annotated[
+        Path, typer.Argument(help="A recording, or a folder that holds one.", show_default=False)
+    ],
     out: Annotated[
         Path | None, typer.Option(help="The file to write; it must not exist. Prints without.")
     ] = None,
@@ -70,7 +73,7 @@ def scaffold(
     """Start a robot manifest from a recording; every guess and every gap is marked."""
     if out is not None and out.exists():
         raise RecordingError(f"{out}: exists already; choose another name, or remove it.")
-    text = scaffold_robot(recording)
+    text = scaffold_robot(_the_one(recording))
     if out is None:
         typer.echo(text, nl=False)
         return
@@ -80,6 +83,19 @@ def scaffold(
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written: {error.strerror}.") from error
     typer.echo(f"{out}: look for `guess` and `missing`, then name it in a dataset manifest.")
+
+
+def _the_one(path: Path) -> Path:
+    """The recording at a path, or the only one below it."""
+    first, *others = find_recordings([path])
+    if not others:
+        return first
+    shown = "\n".join(f"  {found}" for found in [first, *others][:CANDIDATES_SHOWN])
+    more = len(others) + 1 - CANDIDATES_SHOWN
+    raise RecordingError(
+        f"{path}: {len(others) + 1} recordings, and a robot manifest is begun from one. "
+        f"Name one of them:\n{shown}" + (f"\n  and {more} more" if more > 0 else "")
+    )
 
 
 def _find(paths: list[Path]) -> tuple[list[Path], dict[str, str]]:

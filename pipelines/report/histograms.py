@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
+from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
@@ -21,19 +22,24 @@ from graspe_data.geometry import Floats
 from pipelines.report.row_blocks import row_blocks
 
 SPLIT_COLOURS = ("#4c8dcb", "#e08a2e", "#4aa564", "#a06cc0", "#888888")
-BINS = 32
+BINS = 33
+"""Odd, so that rows of one and the same value fill the bin in the middle."""
 INK = "#010203"
 """Stands for the page's own colour of text until the drawing is written."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column to draw: what a unit on the axis is worth, and its range where that is known."""
+    """A column to draw: what a unit on the axis is worth, and its range where that is known.
+
+    Where it is not, and all values lie closer than ``room`` on either side, the axis has that room.
+    """
 
     column: str
     label: str
     unit: float = 1.0
     limits: tuple[float, float] | None = None
+    room: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -78,14 +84,14 @@ def _edges(
                 values = block.columns[column] / unit
                 low, high = limits[column] or (np.inf, -np.inf)
                 limits[column] = (min(low, values.min()), max(high, values.max()))
-    return {column: _bins(*(limit or (0.0, 1.0))) for column, limit in limits.items()}
+    return {q.column: _bins(*(limits[q.column] or (0.0, 1.0)), q.room) for q in quantities}
 
 
-def _bins(low: float, high: float) -> Floats:
-    """Bins over a range, which is widened where it is a point."""
-    if high <= low:
-        room = max(0.5, abs(low) / 20)
-        low, high = low - room, high + room
+def _bins(low: float, high: float, room: float) -> Floats:
+    """Bins over a range, which is widened to whole units and some room where it is narrow."""
+    if high - low < 2 * room:
+        room = max(room, abs(low) / 20)
+        low, high = floor(low) - room, ceil(high) + room
     return np.linspace(low, high, BINS + 1)
 
 
@@ -125,7 +131,7 @@ def _draw(axes: Axes, histogram: Histogram, colours: Mapping[str, str]) -> None:
         axes.stairs(share, histogram.edges, color=colours[split], lw=1.2)
     axes.set_xlabel(histogram.quantity.label)
     axes.ticklabel_format(axis="x", useOffset=False)
-    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=(1, 2, 5, 10)))
     axes.set_xlim(histogram.edges[0], histogram.edges[-1])
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axes.yaxis.set_major_locator(MaxNLocator(3))

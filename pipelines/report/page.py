@@ -9,11 +9,12 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from graspe_data.shards.atomic_file import write_atomically
+from graspe_data.atomic_file import write_atomically
 from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, canonical_json, read_index
 from pipelines.report.balance import Balance, SplitBalance, split_balance
 from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours
+from pipelines.report.notices import notices
 from pipelines.report.row_picture import draw_row
 from pipelines.report.row_scene import SCENE_COLUMNS, RowScene, row_scene
 from pipelines.report.samples import choose_samples
@@ -27,8 +28,8 @@ QUANTITIES = (
     Quantity("r_point", "r_point, reliability of the cloud (5)", limits=(0, 1)),
     Quantity("r_planar", "r_planar, share of planar points (4)", limits=(0, 1)),
     Quantity("r_edge", "r_edge, share of edge points (4)", limits=(0, 1)),
-    Quantity("points_age_ns", "age of the cloud at the picture, ms", unit=1e6),
-    Quantity("odometry_age_ns", "age of the odometry at the picture, ms", unit=1e6),
+    Quantity("points_age_ns", "age of the cloud at the picture, ms", unit=1e6, room=1),
+    Quantity("odometry_age_ns", "age of the odometry at the picture, ms", unit=1e6, room=1),
     Quantity("point_count", "points in a row"),
 )
 
@@ -69,7 +70,8 @@ def _content(folder: Path, index: DatasetIndex) -> dict[str, Any]:
         "balances": balances,
         "total": _sum([balance.whole for balance in balances.values()]),
         "recordings": _recordings(index, balances),
-        "notices": _notices(index, balances),
+        "time_is_known": any("time_zero_ns" in entry.details for entry in index.recordings),
+        "notices": notices(folder, index, balances),
         "colours": {split: colours[split] for split in filled},
         "charts": [histogram_svg(h, colours) for h in histograms(folder, filled, QUANTITIES)],
         "samples": _samples(folder, index, filled),
@@ -117,20 +119,6 @@ def _nonzero(counts: Any) -> dict[str, Any]:
     return {key: n for key, n in counts.items() if n} if isinstance(counts, dict) else {}
 
 
-def _notices(index: DatasetIndex, balances: Mapping[str, SplitBalance]) -> list[str]:
-    """What a reader should not miss."""
-    notices = [f"The split {s} has no rows." for s, b in balances.items() if not b.whole.rows]
-    if not any(balance.whole.rows_failing for balance in balances.values()):
-        notices.append("No row fails: a model cannot learn failure from this dataset alone.")
-    refused = sum("refused" in entry.details for entry in index.recordings)
-    damaged = sum(bool(entry.details.get("damage")) for entry in index.recordings)
-    if refused:
-        notices.append(f"{refused} of {len(index.recordings)} recordings were refused.")
-    if damaged:
-        notices.append(f"{damaged} of {len(index.recordings)} recordings are damaged in part.")
-    return notices
-
-
 def _samples(folder: Path, index: DatasetIndex, splits: Sequence[str]) -> list[dict[str, Any]]:
     datasets = {split: Dataset(folder, split, SCENE_COLUMNS) for split in splits}
     return [
@@ -153,10 +141,10 @@ def _sample(index: DatasetIndex, dataset: Dataset, split: str, row: int) -> dict
 
 
 def _caption(scene: RowScene, split: str, row: int) -> str:
-    caption = f"{scene.recording}, {split} row {row}, stamp {int(scene.row['stamp_ns'])} ns."
+    since = "" if scene.time_s is None else f", t = {scene.time_s:.1f} s"
+    caption = f"{scene.recording}, {split} row {row}{since}, stamp {int(scene.row['stamp_ns'])} ns."
     if abs(scene.pixel_aspect - 1) > NOTICEABLE:
-        caption += (
-            f" As stored, the picture is {scene.pixel_aspect:.2f} times as wide for its height as "
-            f"what it shows."
-        )
+        how = "squeezed" if scene.pixel_aspect < 1 else "stretched"
+        width = f"{100 * scene.pixel_aspect:.0f} % of its width"
+        caption += f" As stored, the picture is {how} to {width}."
     return caption

@@ -24,13 +24,20 @@ class Block:
 
 
 def row_blocks(
-    folder: Path, split: str, columns: Collection[str], rows: int = ROWS_A_BLOCK
+    folder: Path,
+    split: str,
+    columns: Collection[str],
+    rows: int = ROWS_A_BLOCK,
+    *,
+    decode: bool = True,
 ) -> Iterator[Block]:
     """Go over a split in blocks, so that memory does not grow with it.
+
+    Without ``decode`` columns come as stored: bits stay packed.
 
     Raises:
         ShardError: No valid dataset there, or it has no such split or column.
     """
-    dataset = Dataset(folder, split, columns)
+    dataset = Dataset(folder, split, columns, decode=decode)
     for start in range(0, len(dataset), rows):
         yield Block(start, dataset.batch(np.arange(start, min(start + rows, len(dataset)))))

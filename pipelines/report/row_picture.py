@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from graspe_data.shards.atomic_file import write_atomically
+from graspe_data.atomic_file import write_atomically
 from graspe_data.shards.dataset import Dataset
 from pipelines.report.row_scene import (
     SCENE_COLUMNS,
@@ -97,9 +97,10 @@ def _heading(figure: Figure, scene: RowScene, name: str) -> None:
         f"{sensor} {int(row[column]) / 1e6:+.0f} ms"
         for sensor, column in (("cloud", "points_age_ns"), ("odometry", "odometry_age_ns"))
     )
+    since = "" if scene.time_s is None else f"t = {scene.time_s:.1f} s   |   "
     title = f"{_printable(scene.recording)}   |   {name}"
     detail = (
-        f"{when}.{nanoseconds // 1_000_000:03d} UTC   |   age at the picture: {ages}   |   "
+        f"{since}{when}.{nanoseconds // 1_000_000:03d} UTC   |   age at the picture: {ages}   |   "
         f"{v:.2f} m/s, {omega:+.2f} rad/s"
     )
     figure.text(0.008, 0.945, title, size=11, weight="bold", color=INK, parse_math=False)

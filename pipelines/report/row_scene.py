@@ -53,6 +53,8 @@ class RowScene:
         row: The columns of ``SCENE_COLUMNS``, decoded, one row.
         recipe: The configuration that the dataset was made with.
         recording: Name of the recording.
+        time_s: Seconds from the recording's time zero, from which label intervals count; None
+            where the dataset does not keep it.
         arc: Poses (M, 3) of the predicted trajectory: x, y in metres, yaw in rad, base_link.
         ahead: Poses (K, 3) of the same arc from its end on; empty where it is not continued.
         ribbon_ahead: bool (H, W), ``ahead`` in the picture, up to the first obstacle that the
@@ -65,6 +67,7 @@ class RowScene:
     row: Mapping[str, NDArray[Any]]
     recipe: DatasetRecipe
     recording: str
+    time_s: float | None
     arc: Floats
     ahead: Floats
     ribbon_ahead: NDArray[np.bool_]
@@ -115,6 +118,7 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
         row=row,
         recipe=recipe,
         recording=entry.name,
+        time_s=_time_s(entry, int(row["stamp_ns"])),
         arc=constant_velocity_arc(v, omega, horizon.steps, horizon.step_s),
         ahead=ahead,
         ribbon_ahead=_ribbon(ahead[: free + 1], camera, recipe) if camera else nothing,
@@ -129,6 +133,11 @@ def scan_points(scan: NDArray[np.float32], recipe: DatasetRecipe) -> Floats:
     angle = -half + (np.arange(scan.size) + 0.5) * (2 * half / scan.size)
     points = scan[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=-1)
     return np.asarray(points[np.isfinite(scan)], np.float64)
+
+
+def _time_s(entry: RecordingEntry, stamp_ns: int) -> float | None:
+    zero = entry.details.get("time_zero_ns")
+    return (stamp_ns - zero) / 1e9 if isinstance(zero, int) else None
 
 
 def _camera(entry: RecordingEntry) -> tuple[Intrinsics, Transform] | None:

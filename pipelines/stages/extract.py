@@ -22,7 +22,7 @@ from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
 
-VERSION = 1
+VERSION = 2
 
 
 class LossRecord(Settings):
@@ -40,6 +40,8 @@ class ExtractRecord(StageRecord):
     recording: str
     motion: str
     """SHA-256 of the motion file."""
+    time_zero_ns: int
+    """The first stamp of the odometry, from which the seconds of a labels file count."""
     lost: dict[str, int]
     losses: tuple[LossRecord, ...]
     offsets_ns: dict[str, int]
@@ -96,14 +98,14 @@ def extract(
         plan = synchronised.plan
         wanted = np.ones(plan.rows, np.bool_) if only is None else np.isin(plan.anchor_ns, only)
         reading = SecondPass(recording, synchronised, recipe, recording_digest, wanted)
-        columns = extract_columns(recipe.dataset)
+        columns = extract_columns(recipe)
         with EpisodeWriter(folder, columns, plan.rows) as writer:
             _write_planned(writer, plan)
             lost = reading.run(writer)
             digests = writer.digests()
             rows = writer.rows
-        motion = write_motion(folder, motion_series(synchronised, recipe.robot.base_frame))
-        losses = dict.fromkeys((*synchronised.tracks.losses, *recording.losses))
+        motion = write_motion(folder, motion_series(synchronised))
+        losses = dict.fromkeys((*synchronised.tracks.losses, *recording.losses, *reading.losses))
     record = ExtractRecord(
         stage="extract",
         key=extract_key(recipe, recording_digest),
@@ -111,8 +113,9 @@ def extract(
         columns=digests,
         motion=motion,
         recording=source.name,
+        time_zero_ns=int(synchronised.odometry.stamps_ns[0]),
         lost=dict(sorted((Counter(plan.lost) + lost).items())),
-        losses=tuple(_loss_record(loss) for loss in losses),
+        losses=tuple(_loss_record(loss, source) for loss in losses),
         offsets_ns=synchronised.offsets_ns,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
         base_from_camera=_flat(reading.base_from_camera),
@@ -121,10 +124,9 @@ def extract(
     return record
 
 
-def _loss_record(loss: Loss) -> LossRecord:
-    return LossRecord(
-        reason=loss.reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds
-    )
+def _loss_record(loss: Loss, source: Path) -> LossRecord:
+    reason = loss.reason.replace(str(source), source.name)
+    return LossRecord(reason=reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds)
 
 
 def _flat(transform: Transform | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:

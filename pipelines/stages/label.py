@@ -5,6 +5,10 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import StageError
 from graspe_data.observation.labels import (
     Annotation,
     annotation_path,
@@ -75,9 +79,12 @@ def label(
 
     Raises:
         ObservationError: Proposals nobody reviewed, and the manifest says ``unreviewed: fail``.
+        StageError: An interval of the annotation lies outside the recording.
     """
     series = read_motion(episode)
     proposals = propose(series, manifest.proposals)
+    if annotation is not None:
+        _check_within(annotation, series.odometry.stamps_ns, extracted.recording)
     decided = decide(proposals, annotation, manifest.labels.unreviewed)
     anchors = whole_column(episode, "stamp_ns")
     labels = label_rows(anchors, series.odometry, decided, manifest.label_settings)
@@ -97,3 +104,16 @@ def label(
     )
     write_record(folder, record)
     return record
+
+
+def _check_within(annotation: Annotation, stamps_ns: NDArray[np.int64], recording: str) -> None:
+    first, last = int(stamps_ns[0]), int(stamps_ns[-1])
+    zero = annotation.time_zero_ns
+    for number, interval in enumerate(annotation.intervals):
+        event = annotation.event(interval)
+        if event.stop_ns < first or event.start_ns > last:
+            raise StageError(
+                f"labels of {recording}: interval {number}, {interval.start_s:g} to "
+                f"{interval.stop_s:g} s, lies outside the recording, which runs from "
+                f"{(first - zero) / 1e9:.1f} to {(last - zero) / 1e9:.1f} s after time_zero_ns."
+            )

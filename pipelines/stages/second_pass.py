@@ -15,7 +15,7 @@ from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
 from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
-from graspe_data.recordings.messages import RawMessage
+from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.recordings.synchronised import SynchronisedRecording
 from graspe_data.robot import Intrinsics, Mounting
@@ -58,6 +58,7 @@ class SecondPass:
         self._decode_points = cloud_decoder(kind, topics.points, recipe.robot.lidar.model)
         self._settings = recipe.point_observation
         self._mounts: dict[str, Transform] = {}
+        self.losses: list[Loss] = []
 
     def run(self, writer: EpisodeWriter) -> Counter[str]:
         """Write the rows, drop those that could not be made, and count these by reason."""
@@ -96,8 +97,11 @@ class SecondPass:
                 return self._point_columns(self._decode_points(message))
             kind = self.recording.topics[raw.topic].message_type
             return self._picture_columns(decode_image(message, kind, raw.topic))
-        except (RecordingError, ObservationError):
-            return "picture does not decode" if picture else "cloud does not decode"
+        except (RecordingError, ObservationError) as error:
+            reason = "picture does not decode" if picture else "cloud does not decode"
+            if all(loss.topic != raw.topic for loss in self.losses):
+                self.losses.append(Loss(f"{reason}; the first: {error}", raw.topic))
+            return reason
 
     def _picture_columns(self, picture: Picture) -> Values | str:
         if self.rectifier is None:
@@ -162,7 +166,6 @@ _NO_CLOUD = PointCloud(
     xyz=np.empty((0, 3), np.float32),
     intensity=None,
     ring=np.empty(0, np.int32),
-    returns=0,
 )
 
 

@@ -1,6 +1,10 @@
 from __future__ import annotations
 
+import gc
+import multiprocessing
 import shutil
+import time
+import weakref
 from collections.abc import Callable, Iterable
 from itertools import chain, islice
 from pathlib import Path
@@ -103,3 +107,20 @@ def test_another_dataset_is_refused(build_dataset: Build) -> None:
     second = BatchLoader(Dataset(build_dataset(24, name="second"), "train"), 4)
     with pytest.raises(ShardError, match="the state to resume was saved with dataset"):
         second.resume(8, first.digest)
+
+
+def test_a_loader_that_is_dropped_takes_its_workers_along_at_once(build_dataset: Build) -> None:
+    loader = BatchLoader(Dataset(build_dataset(), "train"), 4, workers=2)
+    rows_of(islice(loader, 2))
+    workers = multiprocessing.active_children()
+    assert len(workers) == 2
+    dropped = weakref.ref(loader)
+    gc.disable()
+    try:
+        begin = time.monotonic()
+        del loader
+        assert dropped() is None
+        assert time.monotonic() - begin < 2
+        assert not any(worker.is_alive() for worker in workers)
+    finally:
+        gc.enable()

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from graspe_data.recordings.writing import Container
+from graspe_data.robot import Mounting
 from graspe_data.simulation.plain_world import Block, Trunk, World
 from graspe_data.simulation.scripted_drive import Leg, drive
 from graspe_data.simulation.scripted_recording import Sensors, record_drive
@@ -65,4 +67,9 @@ def recipe() -> DatasetRecipe:
         ),
         storage=StorageSettings(rows_per_shard=8),
     )
-    return DatasetRecipe(dataset=dataset, robot=load_recipe("demo").robot)
+    robot = load_recipe("demo").robot
+    looking_down = Mounting(
+        translation=(0.4, 0, 0.25), rotation_rpy=(-np.pi / 2 - 1.2, 0, -np.pi / 2)
+    )
+    camera = robot.camera.model_copy(update={"mounting": looking_down})
+    return DatasetRecipe(dataset=dataset, robot=robot.model_copy(update={"camera": camera}))

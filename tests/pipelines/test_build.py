@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Literal
 
@@ -10,11 +9,12 @@ import numpy as np
 import pytest
 
 from graspe_data.errors import StageError
-from graspe_data.observation.labels import Annotation, annotation_path, write_annotation
+from graspe_data.observation.labels import Annotation, Interval, annotation_path, write_annotation
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.shards.verify import verify_dataset
 from graspe_data.simulation.scripted_drive import Leg
+from graspe_data.simulation.scripted_recording import START_NS
 from pipelines.build import BuildResult, build_dataset
 from pipelines.commit import only_builder
 from pipelines.dataset_settings import DatasetRecipe, Group, SplitSettings, StorageSettings
@@ -22,20 +22,13 @@ from pipelines.executors import Workers
 from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 from tests.pipelines.conftest import RecordingFactory
+from tests.pipelines.file_digests import file_digests
 
 
 def build(
     recipe: DatasetRecipe, recordings: list[Path], out: Path, workers: Workers | None = None
 ) -> BuildResult:
     return build_dataset(recipe, recordings, out, workers or Workers(), Silent())
-
-
-def tree(folder: Path) -> dict[str, str]:
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 def changed(recipe: DatasetRecipe, **values: object) -> DatasetRecipe:
@@ -65,7 +58,7 @@ def test_the_bytes_do_not_depend_on_the_workers(
     recordings = [record("a"), record("b", "bag", seed=1)]
     build(recipe, recordings, tmp_path / "one")
     build(recipe, recordings[::-1], tmp_path / "two", Workers(processes=2))
-    assert tree(tmp_path / "one") == tree(tmp_path / "two")
+    assert file_digests(tmp_path / "one") == file_digests(tmp_path / "two")
 
 
 def test_running_again_does_nothing_and_a_new_recording_is_the_only_one_processed(
@@ -73,13 +66,13 @@ def test_running_again_does_nothing_and_a_new_recording_is_the_only_one_processe
 ) -> None:
     first, out = record("a"), tmp_path / "out"
     assert build(recipe, [first], out).worked_on == ("a",)
-    before = tree(out)
+    before = file_digests(out)
     assert build(recipe, [first], out).worked_on == ()
-    assert tree(out) == before
+    assert file_digests(out) == before
     second = record("b", seed=1)
     assert build(recipe, [first, second], out).worked_on == ("b",)
     build(recipe, [first, second], tmp_path / "fresh")
-    assert tree(out) == tree(tmp_path / "fresh")
+    assert file_digests(out) == file_digests(tmp_path / "fresh")
 
 
 def test_a_label_by_a_person_runs_the_label_stage_alone(
@@ -223,13 +216,13 @@ def test_a_damaged_episode_is_found_out_and_done_again(
 ) -> None:
     recording, out = record("a"), tmp_path / "out"
     build(recipe, [recording], out)
-    before = tree(out)
+    before = file_digests(out)
     picture = next((out / "episodes").glob("*/extract-*/image.npy"))
     content = bytearray(picture.read_bytes())
     content[-1] ^= 1
     picture.write_bytes(content)
     assert build(recipe, [recording], out).worked_on == ("a",)
-    assert tree(out) == before
+    assert file_digests(out) == before
 
 
 def test_a_damaged_shard_is_found_out_and_made_again(
@@ -237,11 +230,53 @@ def test_a_damaged_shard_is_found_out_and_made_again(
 ) -> None:
     recording, out = record("a"), tmp_path / "out"
     index = build(recipe, [recording], out).index
-    before = tree(out)
+    before = file_digests(out)
     split = next(name for name in index.splits if index.rows(name))
     shard = out / index.splits[split][0].path
     content = bytearray(shard.read_bytes())
     content[len(content) // 2] ^= 1
     shard.write_bytes(content)
     build(recipe, [recording], out)
-    assert tree(out) == before
+    assert file_digests(out) == before
+
+
+def test_the_trajectory_is_in_the_pictures(
+    record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
+) -> None:
+    index = build(recipe, [record("a")], tmp_path / "out").index
+    split = next(name for name in index.splits if index.rows(name))
+    dataset = Dataset(tmp_path / "out", split, columns=("trajectory_image",))
+    drawn = dataset.batch(range(len(dataset)))["trajectory_image"].any(axis=(1, 2))
+    assert drawn.mean() > 0.3
+
+
+def test_a_linked_recording_keeps_its_name_its_labels_and_its_split(
+    record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
+) -> None:
+    stored = record("0001", "bag")
+    link = tmp_path / "forest_monday.bag"
+    link.symlink_to(stored)
+    annotation = Annotation(recording=link.name, time_zero_ns=0, reviewer="someone")
+    write_annotation(link.with_name(f"{link.name}.labels.yaml"), annotation)
+    split = SplitSettings(groups=(Group(name="forest", recordings=("forest_*",), split="test"),))
+    entry = build(changed(recipe, split=split), [link], tmp_path / "out").index.recordings[0]
+    assert (entry.name, entry.split, entry.details["annotated"]) == (link.name, "test", True)
+
+
+def test_a_folder_with_other_files_is_no_place_for_a_dataset(
+    record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
+) -> None:
+    recording = record("a")
+    with pytest.raises(StageError, match=r"holds other files \(a\)"):
+        build(recipe, [recording], recording.parent)
+
+
+def test_an_interval_outside_the_recording_is_refused(
+    record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
+) -> None:
+    recording = record("a")
+    interval = Interval(start_s=40, stop_s=45, kind="stuck", verdict="added")
+    annotation = Annotation(time_zero_ns=START_NS, reviewer="someone", intervals=(interval,))
+    write_annotation(annotation_path(recording), annotation)
+    with pytest.raises(StageError, match=r"interval 0, 40 to 45 s, lies outside.*0\.0 to 6\.5 s"):
+        build(recipe, [recording], tmp_path / "out")

@@ -29,6 +29,7 @@ COMMANDS = (
     ("dataset", "info"),
     ("dataset", "verify"),
     ("dataset", "report"),
+    ("dataset", "picture"),
     ("label",),
     ("label", "propose"),
 )
@@ -101,7 +102,7 @@ def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) ->
         ("dataset verify empty", "run it again to finish"),
         ("dataset report empty", "empty is no finished dataset"),
         ("demo --out text", "text"),
-        ("scaffold missing", "missing: there is no such file"),
+        ("scaffold missing", "missing: no such file or folder"),
         ("scaffold text", "neither a ROS 1 bag"),
         ("inspect text --robot spott", "Did you mean 'spot'?"),
         ("label propose demo -r missing", "missing: no such file or folder"),
@@ -150,7 +151,11 @@ def test_a_dataset_from_build_to_verify(graspe: Run, drive: Path, manifest: Path
     assert "drive" in graspe("dataset", "info", "o").out
     verified = graspe("dataset", "verify", "o", "--against-bags", "3", "-r", drive, "--json")
     assert verified.code == 0
-    assert json.loads(verified.out) == {"faults": [], "rows_derived_again": 3}
+    assert json.loads(verified.out) == {
+        "faults": [],
+        "rows_derived_again": 3,
+        "not_given": [],
+    }
 
 
 def test_rows_against_recordings_need_the_recordings(

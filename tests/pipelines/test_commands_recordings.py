@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -68,6 +69,25 @@ def test_scaffold_writes_a_manifest_that_loads_and_overwrites_none(
     again = CliRunner().invoke(app, arguments)
     assert isinstance(again.exception, RecordingError)
     assert "exists already" in str(again.exception)
+
+
+def test_scaffold_takes_the_only_recording_below_a_folder(app: typer.Typer, record: Record) -> None:
+    folder = record("one").parent
+    alone = CliRunner().invoke(app, ["scaffold", str(folder.parent)])
+    assert alone.exit_code == 0
+    assert "name: one" in alone.stdout
+    record("two", "db3")
+    several = CliRunner().invoke(app, ["scaffold", str(folder)])
+    assert isinstance(several.exception, RecordingError)
+    for expected in ("2 recordings", str(folder / "one"), str(folder / "two")):
+        assert expected in str(several.exception)
+
+
+def test_a_drift_carries_its_unit(app: typer.Typer, record: Record) -> None:
+    result = CliRunner().invoke(app, ["inspect", str(record())], env={"COLUMNS": "200"})
+    drifts = re.findall(r"drift \S+ ?(.*)", result.stdout)
+    assert drifts
+    assert all(re.match(r"(ms|s)\b", unit) for unit in drifts)
 
 
 def test_scaffold_prints_without_a_file(app: typer.Typer, record: Record) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import signal
@@ -24,6 +23,8 @@ from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers, run_all
 from pipelines.progress import Silent
 from tests.pipelines.conftest import RecordingFactory
+from tests.pipelines.fatal_task import fatal_for_three
+from tests.pipelines.file_digests import file_digests
 
 pytest.importorskip("distributed", reason="needs the `cluster` extra")
 
@@ -99,17 +100,17 @@ def test_a_cluster_gives_the_same_bytes_and_so_it_does_when_a_worker_dies(
     build_dataset(recipe, recordings, tmp_path / "local", Workers(), Silent())
     workers = Workers(scheduler=cluster.address)
     build_dataset(recipe, recordings, tmp_path / "cluster", workers, Silent())
-    assert _tree(tmp_path / "cluster") == _tree(tmp_path / "local")
+    assert file_digests(tmp_path / "cluster") == file_digests(tmp_path / "local")
     dying = AfterFirst(lambda: kill(cluster.workers[0]))
     build_dataset(recipe, recordings, tmp_path / "dying", workers, dying)
     assert cluster.workers[0].poll() is not None
-    assert _tree(tmp_path / "dying") == _tree(tmp_path / "local")
+    assert file_digests(tmp_path / "dying") == file_digests(tmp_path / "local")
 
 
 def test_a_task_that_kills_its_workers_gives_none_and_the_others_are_done(
     cluster: Cluster,
 ) -> None:
-    results = dict(run_all(Workers(scheduler=cluster.address), _fatal_for_three, range(5)))
+    results = dict(run_all(Workers(scheduler=cluster.address), fatal_for_three, range(5)))
     assert results == {0: 0, 1: 1, 2: 4, 3: None, 4: 16}
 
 
@@ -124,27 +125,13 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_build_goes_on_later(
         kill(worker)
     build_dataset(recipe, recordings, out, Workers(), Silent())
     build_dataset(recipe, recordings, tmp_path / "local", Workers(), Silent())
-    assert _tree(out) == _tree(tmp_path / "local")
+    assert file_digests(out) == file_digests(tmp_path / "local")
 
 
 def test_no_scheduler_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_cluster, "CONNECT_TIMEOUT", "1s")
     with pytest.raises(StageError, match=r"no Dask scheduler answers at tcp://127.0.0.1:1"):
-        list(run_all(Workers(scheduler="tcp://127.0.0.1:1"), _fatal_for_three, range(1)))
-
-
-def _fatal_for_three(number: int) -> int:
-    if number == 3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number * number
-
-
-def _tree(folder: Path) -> dict[str, str]:
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
+        list(run_all(Workers(scheduler="tcp://127.0.0.1:1"), fatal_for_three, range(1)))
 
 
 def _wait_for(condition: Callable[[], bool]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import signal
 import subprocess
@@ -25,6 +24,8 @@ from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers, run_all
 from pipelines.progress import Silent
 from tests.pipelines.conftest import RecordingFactory
+from tests.pipelines.fatal_task import fatal_for_three
+from tests.pipelines.file_digests import file_digests
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE, SOAK = 6, 100
@@ -63,8 +64,8 @@ def job(
             since = time.monotonic()
             assert process.wait(60) == 0
             job.seconds[workers] = time.monotonic() - since
-        job.tree.update(_tree(out))
-        assert _tree(out) == job.tree
+        job.tree.update(file_digests(out))
+        assert file_digests(out) == job.tree
     return job
 
 
@@ -95,14 +96,8 @@ def test_the_workers_end_with_a_killed_build(job: Job, tmp_path: Path) -> None:
 
 
 def test_a_task_that_kills_its_worker_gives_none_and_the_others_are_done() -> None:
-    results = dict(run_all(Workers(processes=2), _fatal_for_three, range(5)))
+    results = dict(run_all(Workers(processes=2), fatal_for_three, range(5)))
     assert results == {0: 0, 1: 1, 2: 4, 3: None, 4: 16}
-
-
-def _fatal_for_three(number: int) -> int:
-    if number == 3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number * number
 
 
 def _kill_and_go_on(job: Job, recipe: DatasetRecipe, folder: Path, kills: int) -> None:
@@ -117,7 +112,7 @@ def _kill_and_go_on(job: Job, recipe: DatasetRecipe, folder: Path, kills: int) -
         finished = _stages(out)
         found[_state(out, finished)] += 1
         result = build_dataset(recipe, job.recordings, out, Workers(), Silent())
-        assert _tree(out) == job.tree
+        assert file_digests(out) == job.tree
         after = _stages(out)
         assert {stage: after[stage] for stage in finished} == finished
         assert not _complete_episodes(finished) & _worked_on(result.worked_on, out)
@@ -167,14 +162,6 @@ def _members(group: int) -> list[int]:
         if int(member_of) == group and state != "Z":
             found.append(int(status.parent.name))
     return found
-
-
-def _tree(folder: Path) -> dict[str, str]:
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 def _stages(out: Path) -> dict[str, tuple[int, int]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -17,19 +16,14 @@ from pipelines.process_recording import RecordingTask, Refusal, process_recordin
 from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 
-FOLDER = os.environ.get("GRASPE_RECORDINGS")
-pytestmark = pytest.mark.skipif(
-    not FOLDER, reason="GRASPE_RECORDINGS is not set: the real recordings are not at hand"
-)
-RECORDINGS = Path(FOLDER or ".")
-STREET = RECORDINGS / "kitti_street_camera_lidar_odometry"
+STREET = "kitti_street_camera_lidar_odometry"
 
 
 @pytest.fixture(scope="module")
-def street(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BuildResult]:
+def street(recordings: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BuildResult]:
     out = tmp_path_factory.mktemp("street") / "dataset"
     recipe = load_recipe("kitti_street")
-    return out, build_dataset(recipe, [STREET], out, Workers(), Silent())
+    return out, build_dataset(recipe, [recordings / STREET], out, Workers(), Silent())
 
 
 @pytest.fixture(scope="module")
@@ -79,14 +73,18 @@ def test_a_street_is_structured_and_nothing_failed(
     assert mask.mean() > 0.99
 
 
-def test_the_rows_are_proved_against_the_recording(street: tuple[Path, BuildResult]) -> None:
-    result = rederive_rows(street[0], [STREET], count=5, seed=1)
+def test_the_rows_are_proved_against_the_recording(
+    recordings: Path, street: tuple[Path, BuildResult]
+) -> None:
+    result = rederive_rows(street[0], [recordings / STREET], count=5, seed=1)
     assert (result.rows, result.faults) == (5, ())
 
 
-def test_a_recording_without_a_camera_is_refused_with_the_topics_it_has(tmp_path: Path) -> None:
+def test_a_recording_without_a_camera_is_refused_with_the_topics_it_has(
+    recordings: Path, tmp_path: Path
+) -> None:
     recipe = load_recipe("kitti_street")
-    path = RECORDINGS / "embag_luminar_scan_odom_lz4.bag"
+    path = recordings / "embag_luminar_scan_odom_lz4.bag"
     refusal = process_recording(RecordingTask(path, recipe, tmp_path))
     assert isinstance(refusal, Refusal)
     assert "lacks the topics of the robot manifest" in refusal.reason

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from html.parser import HTMLParser
@@ -21,8 +22,8 @@ from graspe_data.shards.dataset_manifest import (
     write_index,
 )
 from graspe_data.shards.shard_writer import write_shard
-from pipelines.dataset_settings import DatasetManifest
-from pipelines.report import balance, histograms, row_scene, samples, write_report
+from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
+from pipelines.report import balance, histograms, notices, page, row_scene, samples, write_report
 from pipelines.report.row_picture import draw_row, write_row_picture
 from pipelines.row_columns import row_columns
 
@@ -90,12 +91,16 @@ def robot() -> Robot:
     )
 
 
+def recipe() -> DatasetRecipe:
+    return DatasetRecipe(dataset=manifest(), robot=robot())
+
+
 def stored_rows(count: int, recording: int, failing: int, speed: float = 1.0) -> Rows:
     """So many rows, of which the first ones fail from their sixth step on."""
     draw = np.random.default_rng(recording)
     rows: Rows = {
         column.name: np.zeros((count, *column.stored_shape), column.dtype)
-        for column in row_columns(manifest())
+        for column in row_columns(recipe())
     }
     rows["image"] = draw.integers(0, 256, rows["image"].shape, np.uint8)
     rows["points"] = draw.uniform(0, 10, rows["points"].shape).astype(np.float32)
@@ -128,7 +133,7 @@ def camera() -> dict[str, Any]:
 
 def write_dataset(folder: Path, failing: int = 3, details: Mapping[str, Any] | None = None) -> Path:
     """Two recordings in train and validation, one that was refused, and an empty test split."""
-    columns = row_columns(manifest())
+    columns = row_columns(recipe())
     counts = {"train": (0, 12, failing), "validation": (1, 5, 0)}
     shards = {
         split: [write_shard(folder, f"shards/{split}.npz", columns, stored_rows(rows, number, bad))]
@@ -196,6 +201,7 @@ def test_the_page_nests_and_holds_the_numbers_of_the_dataset(dataset: Path, repo
         "The split test has no rows.",
         "1 of 3 recordings were refused.",
         "110 of 120",
+        "The trajectory image is empty in 12 of 12 rows of train: the arc ends before",
     ):
         assert expected in words
     assert "clock of /image" not in words
@@ -235,6 +241,48 @@ def test_without_failures_the_page_says_so(tmp_path: Path) -> None:
     assert any("No row fails" in text for text in parsed(tmp_path / "page.html").texts)
 
 
+def notices_of(folder: Path, rows: Rows) -> list[str]:
+    """What a dataset of these rows, all in train, has to tell."""
+    columns = row_columns(recipe())
+    shard = write_shard(folder, "shards/train.npz", columns, rows)
+    entry = RecordingEntry(name="a", digest="ab" * 32, group="a", split="train", rows=8)
+    written = DatasetIndex(
+        name="tiny",
+        columns=tuple(columns),
+        group_key="day",
+        splits={"train": [shard]},
+        recordings=[entry],
+    )
+    index = write_index(folder, written)
+    return notices.notices(folder, index, {"train": balance.split_balance(folder, index, "train")})
+
+
+@pytest.mark.parametrize(("shown", "told"), [(5, True), (6, True), (7, False)])
+def test_empty_trajectory_images_are_told_from_a_quarter_on(
+    tmp_path: Path, shown: int, *, told: bool
+) -> None:
+    rows = stored_rows(8, 0, failing=1)
+    rows["trajectory_image"][:shown, -1, -1] = 1
+    expected = (
+        f"The trajectory image is empty in {8 - shown} of 8 rows of train: the arc ends before "
+        "the picture's ground begins, or runs beside it. Lengthen the horizon or drive faster."
+    )
+    assert notices_of(tmp_path, rows) == ([expected] if told else [])
+
+
+def test_where_the_robot_stands_no_longer_horizon_is_advised(tmp_path: Path) -> None:
+    found = notices_of(tmp_path, stored_rows(8, 0, failing=1, speed=0.0))
+    empty = "The trajectory image is empty in 8 of 8 rows of train"
+    assert found == [f"{empty}; in 8 of them the robot stands."]
+
+
+def test_a_split_without_rows_has_no_bar(report: Path) -> None:
+    text = report.read_text(encoding="utf-8")
+    rows = [row for row in text.split("<tr") if "<td>test</td>" in row]
+    assert "no rows" in rows[0]
+    assert 'class="bar"' not in rows[0]
+
+
 def test_a_folder_without_dataset_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ShardError, match="no finished dataset"):
         write_report(tmp_path, tmp_path / "page.html")
@@ -267,14 +315,56 @@ def test_histograms_count_every_row_once(dataset: Path) -> None:
     assert (ages.edges[0], ages.edges[-1]) == (0, 110)
 
 
+@pytest.mark.parametrize(("age_ms", "ends"), [(0.0, (-1, 1)), (0.3, (-1, 2)), (30.0, (28.5, 31.5))])
+def test_ages_that_are_all_one_lie_inside_a_readable_axis(
+    tmp_path: Path, age_ms: float, ends: tuple[float, float]
+) -> None:
+    rows = stored_rows(8, 0, failing=1) | {"odometry_age_ns": np.full(8, round(age_ms * 1e6))}
+    notices_of(tmp_path, rows)
+    age = histograms.Quantity("odometry_age_ns", "", unit=1e6, room=1)
+    (made,) = histograms.histograms(tmp_path, ("train",), (age,))
+    assert (made.edges[0], made.edges[-1]) == pytest.approx(ends)
+    occupied = int(made.counts["train"].argmax())
+    assert made.counts["train"][occupied] == 8
+    assert made.edges[occupied] <= age_ms <= made.edges[occupied + 1]
+
+
 def test_samples_show_failures_and_the_least_reliable_and_no_row_twice(dataset: Path) -> None:
     groups = samples.choose_samples(dataset, ("train", "validation"))
     failing, succeeding, picture, _ = (group.rows for group in groups)
     assert [(c.split, c.row) for c in failing] == [("train", 0), ("train", 1), ("train", 2)]
-    assert len(succeeding) == 4
-    assert picture == tuple(sorted(picture))
+    assert [c.split for c in succeeding] == ["train", "train", "validation", "validation"]
+    assert picture[0].rank < picture[1].rank
     shown = [(c.split, c.row) for group in groups for c in group.rows]
     assert len(shown) == len(set(shown))
+
+
+def test_failures_are_shown_of_every_recording_and_from_before_they_begin(tmp_path: Path) -> None:
+    rows = stored_rows(40, 0, failing=0)
+    rows["recording"][20:] = 1
+    rows["success_mask"][:] = True
+    begins = np.tile(np.repeat([9, 5, 2, 0], 5), 2)
+    rows["success"] = (np.arange(10) < begins[:, None]).astype(rows["success"].dtype)
+    columns = row_columns(recipe())
+    shard = write_shard(tmp_path, "shards/train.npz", columns, rows)
+    entries = [
+        RecordingEntry(name=name, digest=name * 64, group=name, split="train", rows=20)
+        for name in "ab"
+    ]
+    written = DatasetIndex(
+        name="tiny",
+        columns=tuple(columns),
+        group_key="day",
+        splits={"train": [shard]},
+        recordings=entries,
+    )
+    write_index(tmp_path, written)
+    failing = samples.choose_samples(tmp_path, ("train",))[0].rows
+    assert [c.recording for c in failing] == [0, 0, 1, 1]
+    assert all(begins[c.row] > 0 for c in failing)
+    for one, other in (failing[:2], failing[2:]):
+        assert 5 in begins[[one.row, other.row]]
+        assert other.stamp_ns - one.stamp_ns >= 3 * 10**8
 
 
 def scene_of(dataset: Path, **changes: Any) -> row_scene.RowScene:
@@ -329,6 +419,27 @@ def test_without_points_or_calibration_a_row_can_be_drawn(tmp_path: Path) -> Non
     scene = scene_of(folder, points=np.full((50, 3), np.nan, np.float32))
     assert not scene.ribbon_ahead.any()
     assert _size(draw_row(scene, "a row", dpi=50)) == (250, 680)
+
+
+def test_a_row_tells_its_time_in_the_recording(tmp_path: Path) -> None:
+    folder = write_dataset(tmp_path / "timed", details={"time_zero_ns": -4_720_000_000})
+    scene = scene_of(folder)
+    assert scene.time_s == pytest.approx(4.72)
+    untimed = dataclasses.replace(scene, time_s=None)
+    assert draw_row(scene, "a row", dpi=50) != draw_row(untimed, "a row", dpi=50)
+    write_report(folder, tmp_path / "page.html")
+    words = " ".join(parsed(tmp_path / "page.html").texts)
+    assert "train row 0, t = 4.7 s, stamp 0 ns." in words
+    assert "validation row 0, stamp" in words
+
+
+@pytest.mark.parametrize(
+    ("aspect", "told"), [(0.4, "squeezed to 40 %"), (1.5, "stretched to 150 %"), (1.0, "")]
+)
+def test_a_picture_of_another_aspect_is_said_to_be(dataset: Path, aspect: float, told: str) -> None:
+    scene = dataclasses.replace(scene_of(dataset), pixel_aspect=aspect)
+    found = page._caption(scene, "train", 0).partition("ns.")[2]
+    assert found == (f" As stored, the picture is {told} of its width." if told else "")
 
 
 def test_a_row_is_written_as_a_picture(dataset: Path, tmp_path: Path) -> None:

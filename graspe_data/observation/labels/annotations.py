@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import yaml
 
+from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ManifestError
 from graspe_data.manifest import load_manifest
 from graspe_data.observation.labels.verdicts import Annotation
@@ -52,15 +52,6 @@ def write_annotation(path: Path, annotation: Annotation) -> None:
     Raises:
         ManifestError: The file cannot be written.
     """
-    content = annotation.model_dump(mode="json", exclude_none=True)
+    content = annotation.model_dump(mode="json", exclude_defaults=True)
     text = HEADING + yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
-    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    try:
-        with partial.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ManifestError(f"{path}: cannot be written: {error}") from error
+    write_atomically(path, [text.encode("utf-8")], ManifestError)

@@ -31,7 +31,7 @@ class CollisionSettings(Settings):
     window_s: Positive = 0.1
     """Sampled more slowly, the odometry is compared from sample to sample."""
     minimum_speed: Positive = 0.3
-    """m/s, before: the mean velocity over ``sustained_s``, so that noise about rest is none."""
+    """m/s, before: the mean velocity over ``sustained_s``, so that noise about rest has none."""
     sustained_s: Positive = 0.3
     remaining_fraction: Annotated[float, Field(gt=0, lt=1)] = 0.3
     """Of the speed before; after a collision less than this is left."""

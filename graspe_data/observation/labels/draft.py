@@ -37,7 +37,7 @@ def redraft_annotation(earlier: Annotation, proposals: Proposals) -> Annotation:
     asked = [
         _interval(event, earlier.time_zero_ns)
         for event in proposals.events
-        if not any(event.kind == other.kind and event.overlaps(other) for other in events)
+        if not event.meets(events)
     ]
     intervals = sorted([*decided, *asked], key=lambda interval: interval.start_s)
     return earlier.model_copy(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,9 +24,14 @@ class Event:
     stop_ns: int
     evidence: str = ""
 
-    def overlaps(self, other: Event) -> bool:
-        """Whether the two share an instant; the kind does not matter."""
-        return self.start_ns <= other.stop_ns and other.start_ns <= self.stop_ns
+    def meets(self, others: Iterable[Event]) -> bool:
+        """Whether it shares an instant with another event of its kind."""
+        return any(
+            self.kind == other.kind
+            and self.start_ns <= other.stop_ns
+            and other.start_ns <= self.stop_ns
+            for other in others
+        )
 
 
 def bounds_ns(events: Sequence[Event]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

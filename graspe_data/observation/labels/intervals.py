@@ -17,6 +17,9 @@ def true_runs(mask: Mask, stamps_ns: Stamps, maximum_gap_ns: int) -> tuple[Indic
         mask: bool (N,).
         stamps_ns: int64 (N,), increasing.
         maximum_gap_ns: Neighbouring samples further apart than this belong to different runs.
+
+    Returns:
+        Two arrays intp (R,) of indices into the samples, both included, in order.
     """
     joined = mask[1:] & mask[:-1] & (np.diff(stamps_ns) <= maximum_gap_ns)
     edge = np.zeros(min(1, mask.size), np.bool_)

@@ -79,7 +79,8 @@ class CommandSeries:
 class InertialSeries:
     """IMU samples: int64 stamps (N,), ``gyro`` rad/s and ``accel`` m/s^2, each float64 (N, 3).
 
-    Gravity may be in ``accel`` or not; where it is not, z is up.
+    In any axes, since the rules need no mounting: they look at lengths, and at the angle to
+    gravity. Where the sensor removes gravity from ``accel``, z is taken to be up.
 
     Raises:
         ObservationError: As for odometry; a series of no samples is allowed.

@@ -31,7 +31,7 @@ def oscillation_events(odometry: OdometrySeries, settings: OscillationSettings) 
     """Propose the intervals of oscillation, from the first reversal to the last.
 
     The displacement is that of the middle and of the end of the window from its start, so a gait
-    that sways while the robot walks on is none, however fast it sways.
+    that sways while the robot walks on does not count, however fast it sways.
     """
     stamps = odometry.stamps_ns
     window_ns = round(settings.window_s * 1e9)

@@ -60,7 +60,7 @@ def decide(proposals: Proposals, annotation: Annotation | None, unreviewed: Unre
     """
     said = {verdict: _said(annotation, verdict) for verdict in ("confirmed", "added", "rejected")}
     verdicts = [event for events in said.values() for event in events]
-    open_events = tuple(event for event in proposals.events if not _meets(event, verdicts))
+    open_events = tuple(event for event in proposals.events if not event.meets(verdicts))
     if unreviewed == "fail" and open_events:
         raise ObservationError(_unreviewed_text(open_events, annotation))
     return Decided(
@@ -70,7 +70,7 @@ def decide(proposals: Proposals, annotation: Annotation | None, unreviewed: Unre
         stale=tuple(
             event
             for event in _said(annotation, "proposed")
-            if not _meets(event, [*proposals.events, *verdicts])
+            if not event.meets([*proposals.events, *verdicts])
         ),
     )
 
@@ -80,10 +80,6 @@ def _said(annotation: Annotation | None, verdict: Verdict) -> tuple[Event, ...]:
         return ()
     intervals = [interval for interval in annotation.intervals if interval.verdict == verdict]
     return tuple(sorted(map(annotation.event, intervals), key=lambda event: event.start_ns))
-
-
-def _meets(event: Event, others: Sequence[Event]) -> bool:
-    return any(event.kind == other.kind and event.overlaps(other) for other in others)
 
 
 def _unreviewed_text(events: Sequence[Event], annotation: Annotation | None) -> str:

@@ -8,6 +8,7 @@ from graspe_data.geometry import Floats
 from graspe_data.observation.labels.motion_series import InertialSeries
 from graspe_data.observation.labels.moving_mean import moving_mean
 
+# Seconds: longer than an impact or a stride, shorter than a change of slope.
 GRAVITY_WINDOW_S = 2.0
 
 

@@ -18,8 +18,6 @@ from graspe_data.observation.labels.shock import gravity, shock
 
 Positive = Annotated[float, Field(gt=0)]
 
-WEAK_GRAVITY = 5.0
-
 
 class StumbleSettings(Settings):
     """When a motion of the body counts as a stumble."""
@@ -32,6 +30,8 @@ class StumbleSettings(Settings):
     """Both are averaged over it with their signs, so that vibration and footfalls cancel."""
     join_s: Annotated[float, Field(ge=0)] = 0.5
     """Peaks no further apart belong to one stumble."""
+    weak_gravity: Positive = 5.0
+    """m/s^2; an IMU that feels less on average removes gravity, and its z is taken to be up."""
 
 
 def stumble_events(
@@ -42,7 +42,7 @@ def stumble_events(
     Without either there is nothing to judge by, and nothing is proposed.
     """
     if inertial is not None and inertial.stamps_ns.size:
-        stamps, rates = inertial.stamps_ns, _across_gravity(inertial)
+        stamps, rates = inertial.stamps_ns, _across_gravity(inertial, settings.weak_gravity)
         thrown = shock(inertial, settings.window_s) > settings.acceleration
     else:
         stamps, rates = odometry.stamps_ns, _attitude_rates(odometry)
@@ -52,14 +52,14 @@ def stumble_events(
     return _events(stamps, tilt_rate > settings.tilt_rate, thrown, round(settings.join_s * 1e9))
 
 
-def _across_gravity(inertial: InertialSeries) -> Floats:
+def _across_gravity(inertial: InertialSeries, weak: float) -> Floats:
     """Angular velocity (N, 3) less its part about the vertical, which is turning, not tilting.
 
     The vertical is gravity's, so the mounting does not matter; it is z where gravity is removed.
     """
     up = gravity(inertial)
     length = np.linalg.norm(up, axis=1, keepdims=True)
-    felt = length > WEAK_GRAVITY
+    felt = length > weak
     up = np.where(felt, up / np.where(felt, length, 1.0), (0.0, 0.0, 1.0))
     about = np.sum(inertial.gyro * up, axis=1, keepdims=True)
     across: Floats = inertial.gyro - about * up

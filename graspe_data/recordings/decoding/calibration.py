@@ -84,14 +84,17 @@ def _distortion(
     message: Any, where: str
 ) -> tuple[Literal["none", "plumb_bob", "rational_polynomial", "equidistant"], tuple[float, ...]]:
     coefficients = _array(message, "D")
-    if not coefficients.any():
-        return "none", ()
     model = _MODELS.get(message.distortion_model)
+    fisheye = model is not None and model.name == "equidistant"
+    if not coefficients.any() and not fisheye:
+        return "none", ()
     if model is None:
         raise RecordingError(
             f"{where}: distortion model {message.distortion_model!r} is not known; expected one of "
             f"{', '.join(_MODELS)}. Give `camera.intrinsics` in the robot manifest."
         )
+    if fisheye and not coefficients.any():
+        return "equidistant", (0.0,) * 4
     fitting = [n for n in model.counts if n <= coefficients.size and not coefficients[n:].any()]
     if not fitting or not np.isfinite(coefficients).all():
         raise RecordingError(

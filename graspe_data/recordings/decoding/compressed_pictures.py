@@ -18,12 +18,9 @@ _END_OF_IMAGE: Final = b"\xff\xd9"
 # SOF0..SOF15, without DHT (C4), JPG (C8) and DAC (CC): ITU T.81, table B.1.
 _START_OF_FRAME: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _DEPTH_HEADER_BYTES: Final = 12
-_REDUCTIONS: Final = ((8, 64), (4, 32), (2, 16))
 
 
-def decode_compressed(
-    data: Any, where: str, minimum_size: tuple[int, int] | None = None
-) -> NDArray[np.uint8]:
+def decode_compressed(data: Any, where: str) -> NDArray[np.uint8]:
     """Decode a JPEG or PNG file, uint8 (N,), to RGB, uint8 (H, W, 3).
 
     Raises:
@@ -31,8 +28,7 @@ def decode_compressed(
             ``where`` is named.
     """
     content = bytes(data)
-    is_jpeg = content.startswith(_JPEG)
-    if is_jpeg:
+    if content.startswith(_JPEG):
         width, height = _jpeg_size(content, where)
     elif content.startswith(_PNG):
         width, height = _png_size(content, where)
@@ -40,8 +36,6 @@ def decode_compressed(
         raise _unknown_format(content, where)
     check_size(width, height, where)
     flags = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
-    if is_jpeg and minimum_size is not None:
-        flags |= _reduction((width, height), minimum_size)
     try:
         picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
     except cv2.error as error:
@@ -74,13 +68,6 @@ def _png_size(content: bytes, where: str) -> tuple[int, int]:
     if content[12:16] != b"IHDR" or len(content) < 24:  # noqa: PLR2004
         raise _damaged(where, "a PNG without its IHDR chunk")
     return int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
-
-
-def _reduction(size: tuple[int, int], minimum: tuple[int, int]) -> int:
-    for factor, flag in _REDUCTIONS:
-        if size[0] >= factor * minimum[0] and size[1] >= factor * minimum[1]:
-            return flag
-    return 0
 
 
 def _unknown_format(content: bytes, where: str) -> RecordingError:

@@ -55,9 +55,7 @@ _ENCODINGS: Final = {
 
 
 @refuses_unfit_messages
-def decode_image(
-    message: Any, message_type: str, topic: str, minimum_size: tuple[int, int] | None = None
-) -> Picture:
+def decode_image(message: Any, message_type: str, topic: str) -> Picture:
     """Decode a sensor_msgs Image or CompressedImage.
 
     8UC3 and 8UC4 are taken as BGR and BGRA, OpenCV's order, as cv_bridge takes them. Sixteen bits
@@ -68,16 +66,14 @@ def decode_image(
         message: The message, with ROS's attributes.
         message_type: ``sensor_msgs/msg/Image`` or ``sensor_msgs/msg/CompressedImage``.
         topic: Named in errors.
-        minimum_size: (width, height) in pixels. If given, a JPEG is decoded at a half, a quarter or
-            an eighth of its size, the smallest that is at least this; by default at its full size.
 
     Raises:
-        RecordingError: An encoding or file format that is none of those known, a picture too large,
-            or fewer bytes than the size asks for.
+        RecordingError: An encoding or file format that is not supported, a picture too large, or
+            fewer bytes than the size asks for.
     """
     where = place(topic, message.header)
     if message_type == COMPRESSED_IMAGE:
-        rgb = decode_compressed(message.data, where, minimum_size)
+        rgb = decode_compressed(message.data, where)
     elif message_type == IMAGE:
         rgb = _raw_picture(message, where)
     else:

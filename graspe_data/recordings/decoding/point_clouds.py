@@ -51,7 +51,6 @@ def decode_points(message: Any, topic: str) -> PointCloud:
         xyz=np.stack([_take(axis, kept) for axis in axes], axis=1),
         intensity=None if intensity is None else _take(intensity, kept),
         ring=None if ring is None else _take(ring, kept),
-        returns=points.size,
     )
 
 

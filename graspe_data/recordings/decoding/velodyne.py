@@ -18,7 +18,7 @@ VELODYNE_SCAN: Final = "velodyne_msgs/msg/VelodyneScan"
 # Packet layout, VLP-16 user manual (63-9243): twelve blocks of a flag, an azimuth in
 # hundredths of a degree and 32 returns; then the time, the return mode and the product.
 _PACKET_BYTES: Final = 1206
-_BLOCKS, _BLOCK_BYTES, _RETURNS_A_PACKET = 12, 100, 384
+_BLOCKS, _BLOCK_BYTES = 12, 100
 _FLAG: Final = 0xEEFF
 _FULL_TURN: Final = 36_000
 _PRODUCT_BYTE: Final = 1205
@@ -54,8 +54,7 @@ class VelodyneDecoder:
     def decode(self, message: Any, topic: str) -> PointCloud:
         """Decode a scan; the result depends on this message alone.
 
-        ``ring`` counts from the lowest beam up, ``intensity`` is 0..255; ``returns`` counts the
-        returns that the packets have room for.
+        ``ring`` counts from the lowest beam up, ``intensity`` is 0..255.
 
         Raises:
             RecordingError: A packet is damaged, or from another model than declared.
@@ -69,7 +68,6 @@ class VelodyneDecoder:
             xyz=np.empty((0, 3), np.float32) if points is None else points[:, :3].copy(),
             intensity=np.empty(0, np.float32) if points is None else points[:, 3].copy(),
             ring=np.empty(0, np.int32) if points is None else points[:, 6].astype(np.int32),
-            returns=len(packets) * _RETURNS_A_PACKET,
         )
 
     def _points(self, packets: NDArray[np.uint8], where: str) -> NDArray[np.float32]:

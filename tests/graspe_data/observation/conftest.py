@@ -1,8 +1,6 @@
 """Clouds, pictures and cameras that the tests of the room share."""
 
-import os
 from collections.abc import Callable
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -49,7 +47,7 @@ def cloud(room: Room) -> PointCloud:
     """A VLP-16's cloud with rings and intensities."""
     xyz, ring = room(np.radians(np.arange(-15, 16, 2.0)))
     intensity = np.random.default_rng(1).integers(0, 256, len(xyz)).astype(np.float32)
-    return PointCloud(0, "velodyne", xyz, intensity, ring, len(xyz))
+    return PointCloud(0, "velodyne", xyz, intensity, ring)
 
 
 @pytest.fixture(scope="session")
@@ -70,12 +68,3 @@ def mounted() -> Transform:
     """Half a metre above base_link, 0.3 m ahead, looking along its x axis."""
     optical = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     return Transform(optical, np.array([0.3, 0.0, 0.5]))
-
-
-@pytest.fixture(scope="session")
-def recordings() -> Path:
-    """The folder of the real recordings."""
-    folder = os.environ.get("GRASPE_RECORDINGS")
-    if folder is None:
-        pytest.skip("GRASPE_RECORDINGS is not set: the real recordings are not at hand")
-    return Path(folder)

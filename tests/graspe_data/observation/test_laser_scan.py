@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
 
@@ -62,3 +63,15 @@ def test_agrees_with_a_loop_over_the_points() -> None:
             ray = int((np.arctan2(y, x) + np.pi) // (2 * np.pi / 90))
             expected[ray] = min(expected[ray], distance)
     assert laser_scan(xyz, 0.1, settings) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("limits", "fault"),
+    [
+        ({"minimum_height": 1.5}, r"minimum_height 1\.5 is above maximum_height 1\.2"),
+        ({"minimum_range": 20.0}, r"minimum_range 20\.0 is above maximum_range 10\.0"),
+    ],
+)
+def test_limits_the_wrong_way_round_are_refused(limits: dict[str, float], fault: str) -> None:
+    with pytest.raises(ValidationError, match=fault):
+        LaserScanSettings.model_validate(limits)

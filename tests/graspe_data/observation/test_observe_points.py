@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from graspe_data.errors import ObservationError
 from graspe_data.geometry import Transform, rotation_from_rpy
@@ -50,7 +51,6 @@ def test_the_order_of_the_message_changes_nothing(
         np.concatenate((cloud.xyz, cloud.xyz[::7])),
         np.arange(len(cloud.xyz[::7]) + len(cloud.xyz), dtype=np.float32) if bright else None,
         np.concatenate((cloud.ring, cloud.ring[::7])) if named and cloud.ring is not None else None,
-        0,
     )
     expected = observe_points(doubled, MOUNTED, SETTINGS, 5)
     assert _bytes(expected) == _bytes(
@@ -92,7 +92,6 @@ def test_returns_from_the_robot_itself_and_damaged_ones_do_not_count(cloud: Poin
         np.concatenate((added, cloud.xyz)),
         None,
         np.concatenate((np.zeros(3, np.int32), cloud.ring)),
-        0,
     )
     guarded = SETTINGS.model_copy(update={"minimum_range": 0.3})
     clean = observe_points(replace(cloud, intensity=None), MOUNTED, guarded, 1)
@@ -101,17 +100,22 @@ def test_returns_from_the_robot_itself_and_damaged_ones_do_not_count(cloud: Poin
 
 @pytest.mark.parametrize("ring", [None, np.zeros(0, np.int32)])
 def test_an_empty_cloud_is_all_padding(ring: NDArray[np.int32] | None) -> None:
-    nothing = PointCloud(0, "velodyne", np.zeros((0, 3), np.float32), None, ring, 0)
+    nothing = PointCloud(0, "velodyne", np.zeros((0, 3), np.float32), None, ring)
     found = observe_points(nothing, MOUNTED, SETTINGS, 1)
     assert found.point_count == 0
     assert np.isnan(found.points).all()
     assert np.isinf(found.laser_scan).all()
 
 
-def test_a_ring_field_that_is_none_is_refused() -> None:
+def test_a_field_that_holds_no_ring_numbers_is_refused() -> None:
     total = 70_000
     xyz = np.random.default_rng(0).normal(0, 5, (total, 3)).astype(np.float32)
     xyz[:, 0] = 1 + np.abs(xyz[:, 0])
-    cloud = PointCloud(0, "velodyne", xyz, None, np.arange(total, dtype=np.int32), total)
+    cloud = PointCloud(0, "velodyne", xyz, None, np.arange(total, dtype=np.int32))
     with pytest.raises(ObservationError, match="no ring number"):
         observe_points(cloud, MOUNTED, SETTINGS, 1)
+
+
+def test_a_nearest_return_beyond_the_furthest_is_refused() -> None:
+    with pytest.raises(ValidationError, match=r"minimum_range 2000\.0 is above maximum_range"):
+        PointObservationSettings(minimum_range=2000.0)

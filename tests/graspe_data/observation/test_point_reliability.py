@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
 from graspe_data.observation.ring_order import ring_order
@@ -41,3 +42,8 @@ def test_scattering_a_structured_cloud_lowers_it(cloud: PointCloud) -> None:
     assert all(value.r_point < 0.5 * values[0].r_point for value in values[1:])
     assert np.all(np.diff([value.r_planar for value in values]) < 0)
     assert np.all(np.diff([value.r_edge for value in values]) > 0)
+
+
+def test_thresholds_the_wrong_way_round_are_refused() -> None:
+    with pytest.raises(ValidationError, match=r"planar_below 0\.2 is above edge_above 0\.1"):
+        PointReliabilitySettings(planar_below=0.2)

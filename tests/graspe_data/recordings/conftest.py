@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -100,12 +99,3 @@ def single() -> Callable[[Path], Path]:
         return next(file for file in path.iterdir() if file.name != "metadata.yaml")
 
     return find
-
-
-@pytest.fixture
-def recordings() -> Path:
-    """The folder of real recordings."""
-    folder = os.environ.get("GRASPE_RECORDINGS")
-    if not folder:
-        pytest.skip("GRASPE_RECORDINGS is unset: real recordings are not tested")
-    return Path(folder)

@@ -14,13 +14,16 @@ def test_a_file_has_the_digest_of_its_content(tmp_path: Path) -> None:
     assert recording_digest(tmp_path / "a.bag") == hashlib.sha256(b"bag").hexdigest()
 
 
-def test_a_folder_has_the_digest_of_its_names_and_contents(tmp_path: Path) -> None:
-    (tmp_path / "b.mcap").write_bytes(b"second")
+def test_a_folder_with_one_file_is_that_file_whatever_lies_beside_it(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(b"first")
-    lines = (
-        f"a.mcap {hashlib.sha256(b'first').hexdigest()}\n"
-        f"b.mcap {hashlib.sha256(b'second').hexdigest()}\n"
-    )
+    (tmp_path / "notes.txt").write_text("mine")
+    assert recording_digest(tmp_path) == hashlib.sha256(b"first").hexdigest()
+
+
+def test_several_files_have_the_digest_of_their_digests_in_order(tmp_path: Path) -> None:
+    for number, content in ((10, b"second"), (2, b"first")):
+        (tmp_path / f"a_{number}.mcap").write_bytes(content)
+    lines = "".join(f"{hashlib.sha256(part).hexdigest()}\n" for part in (b"first", b"second"))
     assert recording_digest(tmp_path) == hashlib.sha256(lines.encode()).hexdigest()
 
 
@@ -36,5 +39,5 @@ def test_a_moved_recording_keeps_its_digest_and_a_changed_one_does_not(tmp_path:
 
 
 def test_a_missing_recording_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="cannot be read"):
+    with pytest.raises(RecordingError, match="no such file or folder"):
         recording_digest(tmp_path / "none.bag")

@@ -11,10 +11,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graspe_data.errors import RecordingError
+from graspe_data.errors import ManifestError, RecordingError
 from graspe_data.manifest import load_manifest
 from graspe_data.recordings import RecordingWriter
-from graspe_data.recordings.manifest_lines import ManifestLine, manifest_text
+from graspe_data.recordings.manifest_lines import ManifestLine, manifest_text, unfilled
 from graspe_data.recordings.message_types import message_classes
 from graspe_data.recordings.scaffolding import scaffold_robot
 from graspe_data.robot import Intrinsics, Mounting, Robot
@@ -124,6 +124,44 @@ def test_any_text_is_read_back_as_it_is(text: str) -> None:
     assert yaml.safe_load(written) == {"key": "/" + text}
 
 
+def test_what_is_not_filled_in_is_listed(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    lines = [
+        ManifestLine(0, "name", "a # missing: no comment", "guess: x"),
+        ManifestLine(0, "lidar"),
+        ManifestLine(1, "minimum_range", 0.0, "missing: metres"),
+        ManifestLine(1, "rings", "null", "missing: " + "so long that it stands above " * 4),
+        ManifestLine(1, "model", "generic", "guess: it is not missing"),
+        ManifestLine(0, "footprint", None, "missing: measure"),
+        ManifestLine(1, "length", 1.0),
+        ManifestLine(1, "limits", (0.0, 1.0), "missing: m/s"),
+    ]
+    path.write_text(manifest_text("a.bag", lines), encoding="utf-8")
+    expected = ["lidar.minimum_range", "lidar.rings", "footprint", "footprint.limits"]
+    assert unfilled(path) == expected
+
+
+def test_a_manifest_edited_by_hand_is_still_read_for_marks(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(
+        "#missing: a note by hand\n# on two lines\na: {b: 1, c: 2}\n"
+        "d:\n    e: 'x # missing'\n    f: [1,\n        2] #missing\ng: # missing\n",
+        encoding="utf-8",
+    )
+    assert unfilled(path) == ["a", "d.f", "g"]
+    path.write_text("- 1 # missing\n", encoding="utf-8")
+    assert unfilled(path) == []
+    path.write_text("a: [", encoding="utf-8")
+    with pytest.raises(ManifestError, match="not valid YAML"):
+        unfilled(path)
+
+
+def test_a_scaffold_lists_what_it_could_not_find(load: Load, recorded: Path) -> None:
+    load(recorded)
+    found = unfilled(recorded.parent / "robot.yaml")
+    assert {"footprint.length", "footprint.width", "lidar.minimum_range"} <= set(found)
+
+
 def test_no_messages_give_no_manifest(recordings: Path) -> None:
     with pytest.raises(RecordingError, match="no messages"):
         scaffold_robot(recordings / "no_messages.bag")
@@ -132,6 +170,7 @@ def test_no_messages_give_no_manifest(recordings: Path) -> None:
 def test_kitti_gives_the_shipped_robot_but_for_its_body(load: Load, recordings: Path) -> None:
     text, robot = load(recordings / "kitti_street_camera_lidar_odometry")
     assert robot.base_height == 0.0
+    assert "sees most low points 0.06 m above base_link" in text
     assert robot.camera.rectified
     assert robot.lidar.intensity_maximum == 1.0
     assert robot.camera.mounting == "tf"

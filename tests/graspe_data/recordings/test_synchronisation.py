@@ -63,6 +63,13 @@ def test_anchors_keep_the_rate(rate: float, expected: int) -> None:
     assert choose_anchors(stamps(0, 1, 30), rate).size == expected
 
 
+@pytest.mark.parametrize("camera", [10, 11, 12, 14, 15, 25, 29.97, 30, 60])
+def test_the_rate_holds_whatever_the_camera_s(camera: float) -> None:
+    generator = np.random.default_rng(0)
+    jittered = stamps(0, 60, camera) + generator.integers(-1, 2, round(60 * camera) + 1) * MS
+    assert choose_anchors(jittered, 10).size == pytest.approx(600, abs=6)
+
+
 def test_jitter_does_not_halve_the_rate() -> None:
     jittered = stamps(0, 60, 30) + np.random.default_rng(0).integers(-8, 8, 1801) * MS
     assert choose_anchors(jittered, 10).size == pytest.approx(601, abs=15)

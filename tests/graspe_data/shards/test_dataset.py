@@ -5,6 +5,7 @@ import pickle
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import ShardError
 from graspe_data.shards import Dataset
 from graspe_data.shards.aligned_npz import NpzMap, map_npz, write_npz
+from graspe_data.shards.dataset_manifest import read_index, write_index
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -72,8 +74,20 @@ def test_only_columns_asked_for_are_touched(
 
 @pytest.mark.parametrize("index", [-1, 23, 1 << 40])
 def test_a_row_out_of_range_is_an_index_error(dataset_path: Path, index: int) -> None:
-    with pytest.raises(IndexError, match=r"0\.\.22"):
-        Dataset(dataset_path, "train").row(index)
+    dataset = Dataset(dataset_path, "train")
+    for ask in (dataset.row, lambda row: dataset.batch([3, row])):
+        with pytest.raises(IndexError, match=rf"row {index} is not in 0\.\.22"):
+            ask(index)
+
+
+def test_a_split_without_rows_says_so(dataset_path: Path) -> None:
+    index = read_index(dataset_path)
+    splits: dict[str, Any] = {**index.splits, "test": []}
+    write_index(dataset_path, index.model_copy(update={"splits": splits}))
+    dataset = Dataset(dataset_path, "test")
+    for ask in (dataset.row, lambda row: dataset.batch([row])):
+        with pytest.raises(IndexError, match="row 0: the split 'test' has no rows"):
+            ask(0)
 
 
 def test_a_pickled_dataset_opens_its_files_again(dataset_path: Path, rows: Arrays) -> None:

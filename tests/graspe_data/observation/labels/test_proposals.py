@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 
+from graspe_data.geometry import Floats, rotation_from_quaternion
 from graspe_data.observation.labels.motion_series import MotionSeries
 from graspe_data.observation.labels.proposals import ProposalSettings, propose
 
@@ -41,3 +43,24 @@ def test_one_sample_is_enough_to_find_nothing(drive: Build, command: Build) -> N
     tilted = replace(single, roll=np.zeros(1), pitch=np.zeros(1))
     for odometry in (single, tilted):
         assert propose(MotionSeries(odometry, command(0.5)), ProposalSettings()).events == ()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_rule_depends_on_how_the_imu_is_mounted(
+    drive: Build, command: Build, inertial: Build, seed: int
+) -> None:
+    def pulse(begin: float, size: float) -> Callable[[Floats], Floats]:
+        return lambda times: np.where(np.abs(times - begin) < 0.1, size, 0.0)
+
+    slowed = drive(lambda times: np.interp(times, [5, 5.3], [0.5, 0.0]))
+    jolted = inertial(pulse(5.1, -30.0), pulse(8.0, 3.0))
+    turning = jolted.gyro + np.array([0.0, 0.0, 2.0])
+    upright = MotionSeries(slowed, command(0.5), replace(jolted, gyro=turning))
+    mounting = rotation_from_quaternion(np.random.default_rng(seed).normal(size=4))
+    assert upright.inertial is not None
+    rotated = replace(
+        upright.inertial, gyro=turning @ mounting.T, accel=upright.inertial.accel @ mounting.T
+    )
+    expected = propose(upright, ProposalSettings())
+    assert {event.kind for event in expected.events} == {"stuck", "collision", "stumble"}
+    assert propose(replace(upright, inertial=rotated), ProposalSettings()) == expected

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from graspe_data.geometry import roll_pitch_yaw, rotation_from_quaternion
 from graspe_data.observation.labels import (
@@ -22,14 +20,6 @@ from graspe_data.observation.labels import (
 from graspe_data.recordings.decoding import decode_motion
 from graspe_data.recordings.recording import open_recording
 from graspe_data.sensor_data import Motion
-
-
-@pytest.fixture
-def recordings() -> Path:
-    folder = os.environ.get("GRASPE_RECORDINGS")
-    if not folder:
-        pytest.skip("GRASPE_RECORDINGS is not set: the real recordings are not at hand")
-    return Path(folder)
 
 
 def motions(path: Path, topic: str) -> list[tuple[int, Motion]]:

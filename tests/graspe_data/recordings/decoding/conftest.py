@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -93,14 +92,6 @@ def build(request: pytest.FixtureRequest) -> Messages:
 @pytest.fixture(scope="session")
 def build_ros2() -> Messages:
     return Messages("ros2")
-
-
-@pytest.fixture(scope="session")
-def recordings() -> Path:
-    folder = os.environ.get("GRASPE_RECORDINGS")
-    if not folder:
-        pytest.skip("GRASPE_RECORDINGS is unset: real recordings are not at hand")
-    return Path(folder)
 
 
 @pytest.fixture

@@ -133,30 +133,12 @@ def test_an_exif_orientation_is_not_applied(build_ros2: Any) -> None:
     assert rgb.shape == (16, 32, 3)
 
 
-@pytest.mark.parametrize(
-    ("minimum", "expected"),
-    [
-        (None, (480, 640)),
-        ((641, 1), (480, 640)),
-        ((320, 240), (240, 320)),
-        ((321, 240), (480, 640)),
-        ((160, 100), (120, 160)),
-        ((10, 10), (60, 80)),
-    ],
-)
-def test_a_jpeg_is_reduced_only_when_asked_and_never_below_the_minimum(
-    build_ros2: Any, minimum: tuple[int, int] | None, expected: tuple[int, int]
-) -> None:
+def test_a_jpeg_is_decoded_at_its_full_size(build_ros2: Any) -> None:
     flat = np.full((480, 640, 3), (BLUE, GREEN, RED), np.uint8)
     message = build_ros2.compressed(cv2.imencode(".jpg", flat)[1].tobytes())
-    rgb = decode_image(message, COMPRESSED, "/camera", minimum).rgb
-    assert rgb.shape == (*expected, 3)
+    rgb = decode_image(message, COMPRESSED, "/camera").rgb
+    assert rgb.shape == (480, 640, 3)
     assert np.abs(rgb.astype(int) - (RED, GREEN, BLUE)).max() <= 2
-
-
-def test_a_png_is_never_reduced(build_ros2: Any) -> None:
-    message = build_ros2.compressed(cv2.imencode(".png", np.zeros((80, 80), np.uint8))[1].tobytes())
-    assert decode_image(message, COMPRESSED, "/camera", (10, 10)).rgb.shape == (80, 80, 3)
 
 
 @pytest.mark.parametrize(

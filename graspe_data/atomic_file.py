@@ -7,22 +7,29 @@ import secrets
 from collections.abc import Iterable
 from pathlib import Path
 
-from graspe_data.errors import ShardError
+from graspe_data.errors import FileError, GraspeError
 
 PARTIAL_SUFFIX = ".partial"
 
 
-def write_atomically(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
+def write_atomically(
+    path: Path, pieces: Iterable[bytes | memoryview], refusal: type[GraspeError] = FileError
+) -> int:
     """Write a file under a temporary name, sync it, rename it, and sync its folder.
 
     A process killed on the way leaves at most a hidden file that ends in ``PARTIAL_SUFFIX``; what
     stood at ``path`` before stays until the new file is complete on the disk.
 
+    Args:
+        path: The file.
+        pieces: Its content, piece by piece.
+        refusal: The error of the caller's room.
+
     Returns:
         Bytes written.
 
     Raises:
-        ShardError: The folder does not exist or cannot be written, or the disk is full.
+        refusal: The folder does not exist or cannot be written, or the disk is full.
     """
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PARTIAL_SUFFIX}")
     try:
@@ -34,7 +41,7 @@ def write_atomically(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
         _sync_folder(path.parent)
     except OSError as error:
         reason = error.strerror or error
-        raise ShardError(
+        raise refusal(
             f"{path}: cannot be written: {reason}. Check that the folder exists, that it may be "
             "written and that its disk has space."
         ) from error
