@@ -77,9 +77,10 @@ def observe_points(
     """
     useful = _within_range(cloud, settings)
     moved = _moved(useful.xyz, base_from_lidar)
-    scan = laser_scan(moved, settings.base_height, settings.laser_scan)
     ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
-    view = _taken(useful, ahead)
+    view, in_front = _taken(useful, ahead), moved.take(ahead, axis=0)
+    wider = settings.laser_scan.half_angle > settings.sample.half_angle
+    scan = laser_scan(moved if wider else in_front, settings.base_height, settings.laser_scan)
     turned = _turned_ahead(view.xyz, base_from_lidar)
     found = ring_order(turned, view.ring, settings.rings, view.intensity)
     ordered = _taken(view, found.order)
@@ -87,7 +88,7 @@ def observe_points(
     strength = None
     if ordered.intensity is not None:
         strength = np.clip(ordered.intensity / np.float32(settings.intensity_maximum), 0, 1)
-    points = moved.take(ahead[found.order], axis=0)
+    points = in_front.take(found.order, axis=0)
     sample = sample_points(points, strength, curvature, settings.sample.count, seed)
     return PointObservation(
         sample.points, sample.intensity, sample.smoothness, sample.point_count, scan
