@@ -23,16 +23,17 @@ class ColumnFile:
         """Create the file with a header for ``rows`` rows."""
         self.column, self.rows = column, rows
         self._dtype = np.dtype(column.dtype)
+        self._row_bytes = column.row_bytes
         self._file = (folder / f"{column.name}.npy").open("w+b")
         self._write_header(rows)
         self._start = self._file.tell()
-        self._file.truncate(self._start + rows * column.row_bytes)
+        self._file.truncate(self._start + rows * self._row_bytes)
         self._file.flush()
 
     def write(self, row: int, values: NDArray[np.generic] | float) -> None:
         """Write one row, or several that follow one another."""
         array = np.ascontiguousarray(values, self._dtype)
-        if array.nbytes % self.column.row_bytes or not 0 <= row < self.rows:
+        if array.nbytes % self._row_bytes or not 0 <= row < self.rows:
             raise StageError(
                 f"column {self.column.name}: row {row} of shape {array.shape} does not fit "
                 f"{self.rows} rows of {self.column.stored_shape}."
@@ -41,7 +42,7 @@ class ColumnFile:
 
     def keep(self, rows: NDArray[np.intp]) -> None:
         """Drop all rows but these, which must ascend."""
-        descriptor, size = self._file.fileno(), self.column.row_bytes
+        descriptor, size = self._file.fileno(), self._row_bytes
         for target, row in enumerate(rows.tolist()):
             if target != row:
                 os.pwrite(
@@ -63,7 +64,7 @@ class ColumnFile:
         self._file.close()
 
     def _offset(self, row: int) -> int:
-        return self._start + row * self.column.row_bytes
+        return self._start + row * self._row_bytes
 
     def _write_header(self, rows: int) -> None:
         header = {

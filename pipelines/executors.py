@@ -17,6 +17,8 @@ import cv2
 
 from pipelines.dask_cluster import run_on_cluster
 
+PRELOADED = ["pipelines.process_recording", "pipelines.stages.shard"]
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
@@ -70,8 +72,9 @@ def _run_alone(function: Callable[[Task], Result], task: Task) -> Result | None:
 
 
 def _local_processes(count: int) -> ProcessPoolExecutor:
-    spawn = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, mp_context=spawn, initializer=_start_local_worker)
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(PRELOADED)
+    return ProcessPoolExecutor(count, mp_context=context, initializer=_start_local_worker)
 
 
 def _start_local_worker() -> None:
