@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from io import BytesIO
-from pathlib import Path
 
 from mcap.records import Channel as McapChannel
 from mcap.records import ChunkIndex, Schema, Statistics
 from mcap.stream_reader import StreamReader
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.chunks import ChunkReader, ChunkSpan
+from graspe_data.recordings.chunked_storage import ChunkedStorage
+from graspe_data.recordings.chunks import ChunkSpan
 from graspe_data.recordings.mcap_records import (
     MAGIC,
     PREFIX,
@@ -21,7 +20,7 @@ from graspe_data.recordings.mcap_records import (
     walk_messages,
 )
 from graspe_data.recordings.mcap_salvage import scan_mcap
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.source import Source
 from graspe_data.recordings.storage import Channel
 
@@ -39,20 +38,10 @@ class _Summary:
     statistics: Statistics | None = None
 
 
-class McapStorage:
+class McapStorage(ChunkedStorage):
     """One ``.mcap`` file."""
 
-    def __init__(self, path: Path) -> None:
-        """Open the file, and read its summary or scan it."""
-        self._source = Source(path)
-        self.losses: list[Loss] = []
-        self.channels: dict[int, Channel] = {}
-        self._spans: list[ChunkSpan] = []
-        try:
-            self._open()
-        except BaseException:
-            self._source.close()
-            raise
+    walk = staticmethod(walk_messages)
 
     def _open(self) -> None:
         try:
@@ -69,15 +58,6 @@ class McapStorage:
             if found.losses:
                 reason = f"{self._source.path.name}: no usable summary ({error}); read by scanning"
                 self.losses = [Loss(reason), *found.losses]
-
-    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
-        """Yield messages, in time order by the summary, in file order without one."""
-        reader = ChunkReader(self._source, self.channels, walk_messages)
-        return reader.messages(self._spans, wanted, losses)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._source.close()
 
 
 def _read_summary(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator
-from pathlib import Path
 
 from rosbags import rosbag1
 from rosbags.interfaces import Connection
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.chunks import ChunkReader, ChunkSpan
+from graspe_data.recordings.chunked_storage import ChunkedStorage
+from graspe_data.recordings.chunks import ChunkSpan
 from graspe_data.recordings.message_types import normalise_type
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.rosbag1_records import CHUNK, parse_record, u32, walk_messages
 from graspe_data.recordings.rosbag1_salvage import scan_bag
 from graspe_data.recordings.source import Source
@@ -30,20 +29,10 @@ class _IndexReader(rosbag1.Reader):
         """Skip: chunks are read whole, so their messages need no index."""
 
 
-class BagStorage:
+class BagStorage(ChunkedStorage):
     """One ``.bag`` or ``.bag.active`` file."""
 
-    def __init__(self, path: Path) -> None:
-        """Open the file, and read its index or scan it."""
-        self._source = Source(path)
-        self.losses: list[Loss] = []
-        self.channels: dict[int, Channel] = {}
-        self._spans: list[ChunkSpan] = []
-        try:
-            self._open()
-        except BaseException:
-            self._source.close()
-            raise
+    walk = staticmethod(walk_messages)
 
     def _open(self) -> None:
         path = self._source.path
@@ -64,15 +53,6 @@ class BagStorage:
                 Loss(f"{path.name}: no usable index ({error}); read by scanning"),
                 *found.losses,
             ]
-
-    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
-        """Yield messages, in time order by the index, in file order without one."""
-        reader = ChunkReader(self._source, self.channels, walk_messages)
-        return reader.messages(self._spans, wanted, losses)
-
-    def close(self) -> None:
-        """Close the file."""
-        self._source.close()
 
 
 def _read_index(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
