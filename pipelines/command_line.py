@@ -7,7 +7,7 @@ import sys
 import typer
 
 from graspe_data.errors import GraspeError
-from pipelines.commands import dataset, demo, labels, recordings
+from pipelines.commands import dataset, demo, labels, recordings, simulate
 
 app = typer.Typer(
     name="graspe",
@@ -19,6 +19,7 @@ recordings.register(app)
 app.add_typer(dataset.app, name="dataset")
 app.add_typer(labels.app, name="label")
 app.command()(demo.demo)
+app.command()(simulate.simulate)
 
 
 def main() -> None:

@@ -1,11 +1,15 @@
-"""``graspe label``: propose failures for people to review."""
+"""``graspe label``: propose failures for people to review, and score the rules that propose."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
 from graspe_data.errors import GraspeError
 from graspe_data.observation.labels import (
@@ -20,16 +24,13 @@ from graspe_data.observation.labels import (
 from graspe_data.recordings import open_recording, recording_digest
 from graspe_data.recordings.discovery import find_recordings
 from graspe_data.recordings.synchronised import synchronise
-from pipelines.commands.dataset import SOME_REFUSED, More, Recordings
+from pipelines.commands.dataset import SOME_REFUSED, AsJson, More, Recordings
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
+from pipelines.label_scores import LabelScore, score_labels, sum_scores
 from pipelines.motion_files import motion_series
+from pipelines.score_counts import EventScore, StepScore
 
-app = typer.Typer(no_args_is_help=True, help="Propose failures, for people to review.")
-
-
-@app.callback()
-def _group() -> None:
-    """Keep ``propose`` a command of its own."""
+app = typer.Typer(no_args_is_help=True, help="Propose failures for people, and score the rules.")
 
 
 @app.command("propose")
@@ -50,6 +51,62 @@ def propose_command(
             refused += 1
             typer.echo(f"refused: {error}", err=True)
     raise typer.Exit(SOME_REFUSED if refused else 0)
+
+
+@app.command("score")
+def score_command(
+    recordings: Annotated[
+        list[Path], typer.Argument(help="Simulated recordings, or folders of them.")
+    ],
+    recipe: Annotated[
+        str, typer.Option(help="A dataset manifest, whose rules are scored: a path or a name.")
+    ] = "graspe",
+    as_json: AsJson = False,
+) -> None:
+    """Hold the label rules against the truth of simulated recordings.
+
+    Exit code 0: every recording was scored; 3: some were refused.
+    """
+    rules, scores, refused = load_recipe(recipe), list[LabelScore](), 0
+    for recording in find_recordings(recordings):
+        try:
+            scores.append(score_labels(rules, recording))
+        except GraspeError as error:
+            refused += 1
+            typer.echo(f"refused: {error}", err=True)
+    total = sum_scores(scores)
+    if as_json:
+        typer.echo(json.dumps(_score_json(total), indent=2))
+    elif scores:
+        _print_score(total)
+    raise typer.Exit(SOME_REFUSED if refused else 0)
+
+
+def _score_json(score: LabelScore) -> dict[str, object]:
+    def told(part: EventScore | StepScore, *shares: str) -> dict[str, object]:
+        return asdict(part) | {share: getattr(part, share) for share in shares}
+
+    kinds = {kind: told(part, "precision", "recall") for kind, part in score.events.items()}
+    steps = told(score.steps, "agreement", "precision", "recall")
+    return {"recordings": score.recordings, "events": kinds, "steps": steps}
+
+
+def _print_score(score: LabelScore) -> None:
+    table = Table("kind", "proposed", "right", "precision", "true", "found", "recall")
+    for kind, part in score.events.items():
+        proposed = str(part.proposed), str(part.right), _percent(part.precision)
+        table.add_row(kind, *proposed, str(part.true), str(part.found), _percent(part.recall))
+    Console().print(table)
+    steps = score.steps
+    typer.echo(
+        f"steps: {steps.judged} judged of {steps.steps}; {_percent(steps.agreement)} agree with "
+        f"the truth; of those labelled failing {_percent(steps.precision)} fail, of those that "
+        f"fail {_percent(steps.recall)} are labelled so\nrecordings: {score.recordings}"
+    )
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.1f} %"
 
 
 def _propose_one(recipe: DatasetRecipe, path: Path) -> str:

@@ -24,6 +24,7 @@ COMMANDS = (
     ("inspect",),
     ("scaffold",),
     ("demo",),
+    ("simulate",),
     ("dataset",),
     ("dataset", "build"),
     ("dataset", "info"),
@@ -32,6 +33,7 @@ COMMANDS = (
     ("dataset", "picture"),
     ("label",),
     ("label", "propose"),
+    ("label", "score"),
 )
 
 

@@ -1,0 +1,1 @@
+"""A spinning lidar in a world: beams of finite width, mixed returns, intensity."""

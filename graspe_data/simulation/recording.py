@@ -1,0 +1,104 @@
+"""Record a scenario, as a robot's own recorder would, with the truth on topics of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from graspe_data.recordings.writing import Compression, Container, RecordingWriter
+from graspe_data.robot import Robot
+from graspe_data.simulation.message_stream import START_NS, MessageStream, stamp_of
+from graspe_data.simulation.messages import Messages
+from graspe_data.simulation.motion.drive import STEP_S
+from graspe_data.simulation.recorded_truth import (
+    EVENTS_TOPIC,
+    SCENARIO_TOPIC,
+    TRAJECTORIES_TOPIC,
+    RecordedTruth,
+    scenario_text,
+    write_truth_annotation,
+)
+from graspe_data.simulation.scenario import Scenario
+from graspe_data.simulation.simulated_drive import (
+    SimulatedDrive,
+    part_generator,
+    simulate_drive,
+)
+from graspe_data.simulation.truth.events import true_events
+from graspe_data.simulation.truth.outlook import anchor_success
+
+ARC_STEPS = 10
+ARC_STEP_S = 0.3
+JITTER_NS = 2_000_000
+
+
+def record_scenario(
+    scenario: Scenario,
+    robot: Robot,
+    seed: int,
+    path: Path,
+    container: Container,
+    compression: Compression = "none",
+    threads: int = 0,
+) -> RecordedTruth:
+    """Simulate a scenario and record it, with ``<path>.truth.yaml`` beside.
+
+    The same arguments give the same bytes, and every container tells the same. Each message
+    reaches the recorder some milliseconds after its stamp.
+
+    Args:
+        scenario: The scenario.
+        robot: Its topics, frames, limits and footprint.
+        seed: Of everything that is drawn.
+        path: The file or folder to create.
+        container: ``bag``, ``db3`` or ``mcap``.
+        compression: One that the container has.
+        threads: For rays; 0 uses every core.
+
+    Raises:
+        ManifestError: The world cannot be built as the scenario asks.
+        RecordingError: The path exists, or cannot be written.
+    """
+    simulated = simulate_drive(scenario, robot, seed, threads)
+    truth = _truth(simulated)
+    arcs = iter(truth.trajectory_texts())
+    text, jitter = Messages(robot).text, part_generator(scenario, seed, "jitter")
+    with RecordingWriter(path, container, compression) as writer:
+        writer.write(SCENARIO_TOPIC, text(scenario_text(scenario, seed)), START_NS)
+        for message in MessageStream(simulated):
+            late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
+            writer.write(message.topic, message.content, message.stamp_ns + late)
+            if message.topic == robot.topics.image:
+                writer.write(TRAJECTORIES_TOPIC, text(next(arcs)), message.stamp_ns)
+        writer.write(EVENTS_TOPIC, text(truth.events_text()), _end_ns(simulated))
+    write_truth_annotation(path, truth, START_NS)
+    return truth
+
+
+def _truth(simulated: SimulatedDrive) -> RecordedTruth:
+    """The drive's failures, and how the arc of every picture would have ended."""
+    driven = simulated.driven
+    every = round(1 / simulated.scenario.camera.rate / STEP_S)
+    steps = np.arange(0, len(driven.time_s), every)
+    success = anchor_success(
+        simulated.world,
+        simulated.robot,
+        driven,
+        driven.time_s[steps],
+        ARC_STEPS,
+        ARC_STEP_S,
+        simulated.scenario.motion.mechanics,
+    )
+    events = tuple(
+        replace(event, start_ns=event.start_ns + START_NS, stop_ns=event.stop_ns + START_NS)
+        for event in true_events(driven)
+    )
+    return RecordedTruth(
+        events, np.array([stamp_of(int(step)) for step in steps]), success, ARC_STEP_S
+    )
+
+
+def _end_ns(simulated: SimulatedDrive) -> int:
+    return stamp_of(len(simulated.driven.time_s))

@@ -1,0 +1,76 @@
+"""A scenario come true: one world, one drive through it, and the sensors that saw it."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from graspe_data.robot import Robot
+from graspe_data.simulation.camera.camera import Camera
+from graspe_data.simulation.camera.light import draw_light
+from graspe_data.simulation.lidar.lidar import Lidar
+from graspe_data.simulation.motion.drive import Drive
+from graspe_data.simulation.motion.drive_robot import drive_robot
+from graspe_data.simulation.motion.random_planner import RandomPlanner
+from graspe_data.simulation.occlusions import Covers, draw_covers
+from graspe_data.simulation.ray_scene import RayScene
+from graspe_data.simulation.scenario import Scenario
+from graspe_data.simulation.world.build_world import build_world
+from graspe_data.simulation.world.world import World
+
+
+@dataclass(frozen=True)
+class SimulatedDrive:
+    """One drive of a scenario with everything that its sensors need."""
+
+    scenario: Scenario
+    robot: Robot
+    seed: int
+    world: World
+    driven: Drive
+    camera: Camera
+    lidar: Lidar
+    covers: Covers
+
+
+def simulate_drive(scenario: Scenario, robot: Robot, seed: int, threads: int = 0) -> SimulatedDrive:
+    """Build the world of a seed and drive a random planner through it.
+
+    Args:
+        scenario: The scenario.
+        robot: Its limits and footprint count.
+        seed: Of everything that is drawn.
+        threads: For rays; 0 uses every core. The answer does not depend on it.
+
+    Raises:
+        ManifestError: The world cannot be built as the scenario asks.
+    """
+    world = build_world(scenario.world, seed)
+    planner = RandomPlanner(
+        world, robot, scenario.planner, part_generator(scenario, seed, "planner")
+    )
+    motion = part_generator(scenario, seed, "motion")
+    driven = drive_robot(world, robot, planner, scenario.motion, scenario.duration_s, motion)
+    light = draw_light(scenario.light, part_generator(scenario, seed, "light"))
+    drawn = part_generator(scenario, seed, "occlusions")
+    scene = RayScene(world.surfaces, threads)
+    return SimulatedDrive(
+        scenario=scenario,
+        robot=robot,
+        seed=seed,
+        world=world,
+        driven=driven,
+        camera=Camera(world, scene, light, scenario.camera),
+        lidar=Lidar(world, scene, scenario.lidar),
+        covers=draw_covers(scenario.occlusions, scenario.duration_s, drawn),
+    )
+
+
+def part_generator(scenario: Scenario, seed: int, part: str) -> np.random.Generator:
+    """The generator of one part of a simulation: what one draws changes no other.
+
+    Scenarios of other names draw otherwise from the same seed.
+    """
+    return np.random.default_rng([seed, zlib.crc32(f"{scenario.name}/{part}".encode())])

@@ -1,0 +1,1 @@
+"""What really happened, and what would have happened: computed in the world."""

@@ -1,0 +1,1 @@
+"""Worlds: what stands where, what it is made of, and how it stops a robot."""

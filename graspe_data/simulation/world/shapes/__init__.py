@@ -1,0 +1,1 @@
+"""Plain shapes, many at once: tubes, boxes, leaves, blades and blobs."""

@@ -1,0 +1,93 @@
+"""``graspe simulate``: recordings of a scenario, with the truth in them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graspe_data.errors import StageError
+from graspe_data.manifest import validate
+from graspe_data.simulation.scenario import Scenario, load_scenario
+from pipelines.executors import Workers, one_thread
+from pipelines.progress import ConsoleProgress
+
+if TYPE_CHECKING:
+    from pipelines.simulate import Simulated
+
+
+class Format(StrEnum):
+    """The containers of recordings."""
+
+    BAG = "bag"
+    DB3 = "db3"
+    MCAP = "mcap"
+
+
+def simulate(
+    scenario: Annotated[str, typer.Argument(help="A scenario: a path or a shipped name.")],
+    recordings: Annotated[int, typer.Option(min=1, help="How many; one a seed.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 0,
+    container: Annotated[Format, typer.Option("--format", help="The container.")] = Format.BAG,
+    out: Annotated[Path, typer.Option(help="The folder they are written to.")] = Path("simulated"),
+    workers: Annotated[int, typer.Option(min=1, help="Local worker processes.")] = 1,
+    duration: Annotated[
+        float | None, typer.Option(min=1, help="Seconds, instead of the scenario's.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Record simulated drives of a scenario; run again, those that are there stay.
+
+    What really happened is on the topics /truth/events and /truth/trajectories.
+    """
+    one_thread()
+    simulate_all = _simulation()
+    chosen, robot = load_scenario(scenario)
+    if duration is not None:
+        content = chosen.model_dump() | {"duration_s": duration}
+        chosen = validate(content, Scenario, f"{scenario} --duration {duration:g}")
+    seeds = range(seed, seed + recordings)
+    with ConsoleProgress(Console(stderr=True)) as progress:
+        done = simulate_all(
+            chosen,
+            robot,
+            seeds,
+            container.value,
+            out,
+            Workers(workers),
+            progress,
+        )
+    if as_json:
+        typer.echo(json.dumps([asdict(item) for item in done], indent=2, default=str))
+    else:
+        _print(done, chosen.duration_s)
+
+
+def _simulation() -> Callable[..., list[Simulated]]:
+    """The simulation, which is loaded when it is needed: Open3D is slow to load, and optional."""
+    try:
+        from pipelines.simulate import simulate as simulate_all  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] != "open3d":
+            raise
+        raise StageError(
+            "graspe simulate casts its rays with Open3D, which is not installed: "
+            "pip install 'graspe[simulation]'."
+        ) from error
+    return simulate_all
+
+
+def _print(done: list[Simulated], duration_s: float) -> None:
+    table = Table("recording", "seconds", "made in", "failures")
+    for item in done:
+        took = "was there" if item.wall_s is None else f"{item.wall_s:.1f} s"
+        failures = ", ".join(f"{count} {kind}" for kind, count in item.events.items()) or "none"
+        table.add_row(str(item.path), f"{duration_s:g}", took, failures)
+    Console().print(table)
