@@ -37,6 +37,7 @@ class _Source:
     rate: float
     delay_ns: int
     make: Callable[[int, int], Any]
+    first: int = 0
 
 
 class MessageStream:
@@ -51,6 +52,9 @@ class MessageStream:
             part: part_generator(simulated.scenario, simulated.seed, part)
             for part in ("camera", "lidar", "imu")
         }
+        # A lidar turns freely: its phase to the camera is another in every recording.
+        phase = part_generator(simulated.scenario, simulated.seed, "lidar phase")
+        self._phase = int(phase.integers(_period(simulated.scenario.lidar.rate)))
 
     def __iter__(self) -> Iterator[Message]:
         """Make the messages one after another."""
@@ -59,7 +63,7 @@ class MessageStream:
         schedule = sorted(
             (step, order)
             for order, source in enumerate(sources)
-            for step in range(0, len(self._driven.time_s), round(1 / source.rate / STEP_S))
+            for step in range(source.first, len(self._driven.time_s), _period(source.rate))
         )
         for step, order in schedule:
             source, stamp_ns = sources[order], stamp_of(step)
@@ -69,6 +73,7 @@ class MessageStream:
         """Every topic that the robot's manifest names, with the delay of its driver."""
         scenario, topics = self._simulated.scenario, self._simulated.robot.topics
         rates, camera, lidar = scenario.rates, scenario.camera.rate, scenario.lidar.rate
+        turn_ns = round(SECOND / scenario.lidar.rotation_rate)
         asked: list[tuple[str | None, float, int, Callable[[int, int], Any]]] = [
             (topics.odometry, rates.odometry, 3 * MILLISECOND, self._odometry),
             ("/tf", rates.odometry, 3 * MILLISECOND, self._frame),
@@ -76,10 +81,10 @@ class MessageStream:
             (topics.command, rates.command, 0, self._command),
             (topics.camera_info, camera, 20 * MILLISECOND, self._calibration),
             (topics.image, camera, 21 * MILLISECOND, self._picture),
-            (topics.points, lidar, 60 * MILLISECOND, self._cloud),
+            (topics.points, lidar, turn_ns + 5 * MILLISECOND, self._cloud),
         ]
         return [
-            _Source(topic, rate, delay, make)
+            _Source(topic, rate, delay, make, self._phase if topic == topics.points else 0)
             for topic, rate, delay, make in asked
             if topic is not None
         ]
@@ -142,6 +147,11 @@ class MessageStream:
             simulated.covers.on_lidar(time_s),
         )
         return self._messages.cloud(stamp_ns, points)
+
+
+def _period(rate: float) -> int:
+    """Steps between two messages."""
+    return round(1 / rate / STEP_S)
 
 
 def stamp_of(step: int) -> int:

@@ -34,7 +34,17 @@ class ArcChoice:
         self._settings = settings
         self._generator = generator
 
-    def onward(self, pose: Floats, waypoint: Floats) -> Leg | None:
+    def temptation(self, pose: Floats) -> Floats | None:
+        """A point (2,) of something near that could hold the robot; None where nothing is."""
+        things = self._world.obstacles.having("stops", "entangles", "stumbles")
+        share = self._generator.uniform(size=(len(things.radius), 1))
+        points = things.start + share * (things.end - things.start)
+        distance = np.hypot(*(points - pose[:2]).T) - things.radius
+        near = np.flatnonzero(distance < self._settings.curious_reach)
+        point: Floats | None = points[self._generator.choice(near)] if near.size else None
+        return point
+
+    def onward(self, pose: Floats, waypoint: Floats, caution: float) -> Leg | None:
         """An arc toward a waypoint (2,) from a pose (3,), or None where no arc is good.
 
         Every arc stays in the arena, or comes back to it; with the chance ``caution`` it also
@@ -43,7 +53,7 @@ class ArcChoice:
         hold = self.uniform(self._settings.hold_s)
         velocities = self._draw(pose, waypoint)
         good = self._stays(pose, velocities)
-        if self._generator.random() < self._settings.caution:
+        if self._generator.random() < caution:
             poses, ahead = np.tile(pose, (len(velocities), 1)), hold + BRAKE_S
             good &= self._gets_through(poses, velocities, max(ahead, self._settings.outlook_s))
         if not good.any():

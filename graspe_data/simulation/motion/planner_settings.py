@@ -22,15 +22,20 @@ class PlannerSettings(Settings):
     """Seconds that a command is held."""
     yaw_spread: Annotated[float, Field(ge=0, le=5)] = 0.25
     """rad/s, standard deviation of the yaw rate about the one toward the waypoint."""
-    caution: Share = 0.5
+    caution: Share = 0.9
     """Chance that a command is looked at in the world before it is taken."""
+    curiosity: Share = 0.7
+    """Chance that a waypoint lies on something that could hold the robot; nothing is looked at on
+    the way there. The waypoint after a failure is none of these, and every command is looked at."""
+    curious_reach: Positive = 9.0
+    """Metres to such a waypoint at most."""
     outlook_s: Positive = 3.5
     """Seconds ahead that are looked at, at least; and until a second after the command ends."""
     tries: Annotated[int, Field(ge=1, le=100)] = 12
     """Commands drawn to find a good one; a cautious robot that finds none turns on the spot."""
     berth: Annotated[float, Field(ge=0, le=1)] = 0.05
     """Metres that a cautious robot keeps from what it sees."""
-    push_s: Range = (1.5, 3.0)
+    push_s: Range = (1.5, 3.5)
     """Seconds that a held robot goes on pushing, as one that does not know."""
     back_speed: Range = (0.3, 0.4)
     """m/s, backwards; the recovery may go backwards whatever the robot's limits."""

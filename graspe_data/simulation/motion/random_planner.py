@@ -18,7 +18,8 @@ HELD_TIMES = 3
 START_S = 1.0
 MOST_BACKS = 4
 NEAR_WAYPOINT = 1.5
-WAYPOINT_S = 30.0
+WAYPOINT_S = 8.0
+CURIOUS_S = 25.0
 REVERSAL_S = 1.0
 REVERSALS = 4
 
@@ -47,6 +48,7 @@ class RandomPlanner:
         self._backs = 0
         self._waypoint = np.zeros(2)
         self._waypoint_until = 0.0
+        self._caution = settings.caution
 
     def command(self, state: RobotState) -> tuple[float, float]:
         """Linear velocity in m/s and yaw rate in rad/s to hold until asked again."""
@@ -73,6 +75,7 @@ class RandomPlanner:
             self._take(self._next(state), state)
         else:
             self._recovery, self._backs = "push", 0
+            self._waypoint_until, self._caution = 0.0, 1.0
             self._until = state.time_s + self._choice.uniform(self._settings.push_s)
 
     def _take(self, leg: Leg, state: RobotState) -> None:
@@ -109,7 +112,7 @@ class RandomPlanner:
         if turn <= drawn < oscillate:
             return self._oscillate()
         self._choose_waypoint(pose, time_s)
-        onward = None if drawn < turn else self._choice.onward(pose, self._waypoint)
+        onward = None if drawn < turn else self._choice.onward(pose, self._waypoint, self._caution)
         turning = 0.0 if self._leg.linear_velocity else self._leg.yaw_rate
         return onward or self._choice.turn(pose, turning)
 
@@ -122,7 +125,24 @@ class RandomPlanner:
 
     def _choose_waypoint(self, pose: Floats, time_s: float) -> None:
         near = np.hypot(*(self._waypoint - pose[:2])) < NEAR_WAYPOINT
-        if near or time_s >= self._waypoint_until:
-            low, high = self._arena + self._settings.margin * np.array([[1.0], [-1.0]])
-            self._waypoint = self._generator.uniform(np.minimum(low, high), np.maximum(low, high))
-            self._waypoint_until = time_s + WAYPOINT_S
+        if (near and self._caution > 0) or time_s >= self._waypoint_until:
+            tempted = self._is_tempted(pose)
+            if not tempted:
+                self._waypoint = self._anywhere()
+            self._waypoint_until = time_s + (CURIOUS_S if tempted else WAYPOINT_S)
+
+    def _is_tempted(self, pose: Floats) -> bool:
+        """Whether the next waypoint is, by curiosity, something that could hold the robot."""
+        wary, self._caution = self._caution == 1.0, self._settings.caution
+        if wary or self._generator.random() >= self._settings.curiosity:
+            return False
+        point = self._choice.temptation(pose)
+        if point is None:
+            return False
+        self._waypoint, self._caution = point, 0.0
+        return True
+
+    def _anywhere(self) -> Floats:
+        low, high = self._arena + self._settings.margin * np.array([[1.0], [-1.0]])
+        point: Floats = self._generator.uniform(np.minimum(low, high), np.maximum(low, high))
+        return point
