@@ -9,12 +9,13 @@ WORKERS ?= 2
 export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
-.PHONY: help setup system demo test lint format bench soak dataset clean
+.PHONY: help setup system demo test lint format bench soak dataset field clean
 
 help:
-	@echo "make demo                          raw bags to a dataset and a report, on bags it writes itself"
+	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
 	@echo "make test                          the whole suite"
 	@echo "make dataset BAGS=... OUT=...      your own bags (MANIFEST=$(MANIFEST), WORKERS=$(WORKERS))"
+	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES))"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
 
 system:
@@ -57,6 +58,21 @@ dataset: setup
 	  { echo "usage: make dataset BAGS='recording or folder ...' OUT=folder [MANIFEST=$(MANIFEST)]"; exit 2; }
 	$(BIN)/graspe dataset build $(MANIFEST) $(foreach bag,$(BAGS),--recordings $(bag)) --out $(OUT) --workers $(WORKERS)
 	$(BIN)/graspe dataset report $(OUT)
+
+# The simulated field of the zoo: training worlds, validation worlds (seeds from 900), test scenarios.
+FIELD ?= field
+TRAINING := meadow woodland thicket yard mixed dusk_woodland
+TESTS := graspe_1_plants graspe_2_hanging_leaves graspe_3_tall_grass graspe_4_low_light
+DRIVES ?= 3
+SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --format mcap \
+  --out $(FIELD)/recordings --workers $(WORKERS)
+
+field: setup
+	$(foreach name,$(TESTS),$(call SIMULATE,$(name),2,0) && ) true
+	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),$(DRIVES),0) && ) true
+	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),1,900) && ) true
+	$(BIN)/graspe dataset build field --recordings $(FIELD)/recordings --out $(FIELD)/dataset --workers $(WORKERS)
+	$(BIN)/graspe dataset report $(FIELD)/dataset
 
 clean:
 	rm -rf $(VENV) demo build dist *.egg-info

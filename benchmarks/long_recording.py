@@ -6,35 +6,50 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
-from graspe_data.simulation.plain_world import Block, Trunk, World
-from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.simulation.scripted_recording import START_NS, DriveMessages, Sensors
+from graspe_data.robot import Robot
+from graspe_data.simulation.message_stream import START_NS, MessageStream
+from graspe_data.simulation.motion.drivers import Leg, ScriptedDriver
+from graspe_data.simulation.scenario import Scenario
+from graspe_data.simulation.simulated_drive import simulate_drive
 
 SECOND = 1_000_000_000
 LOOP_S = 4
-COURTYARD = World(
-    trunks=(Trunk(4, 1.2, 0.2, 5), Trunk(7, -1.5, 0.3, 5), Trunk(-5, 3, 0.3, 5)),
-    blocks=(
-        Block((18, 19), (-20, 20), 12.0),
-        Block((-19, -18), (-20, 20), 12.0),
-        Block((-20, 20), (18, 19), 12.0),
-        Block((-20, 20), (-19, -18), 12.0),
-        Block((2, 9), (3, 8), 0.8, grass=True),
-    ),
+NORTH, SOUTH, EAST, WEST = (
+    ((-20.0, 18.0), (20.0, 18.0)),
+    ((-20.0, -18.0), (20.0, -18.0)),
+    ((18.0, -20.0), (18.0, 20.0)),
+    ((-18.0, -20.0), (-18.0, 20.0)),
 )
+COURTYARD = {
+    "name": "courtyard",
+    "duration_s": LOOP_S,
+    "world": {
+        "length": 42.0,
+        "width": 42.0,
+        "ground": {"cover": "gravel", "amplitude": 0.0},
+        "features": [
+            {"kind": "wall", "lines": [NORTH, SOUTH, EAST, WEST], "height": [12.0, 12.0]},
+            {"kind": "tree", "at": [[4.0, 1.2], [7.0, -1.5], [-5.0, 3.0]]},
+            {"kind": "tall_grass", "at": [[5.0, 5.5]], "radius": [2.5, 2.5]},
+        ],
+    },
+    "camera": {"width": 640, "height": 480, "rate": 10.0},
+    "lidar": {"rate": 10.0},
+}
 
 
 class LoopedDrive:
     """Four seconds of real pictures and clouds, given new stamps again and again."""
 
     def __init__(self) -> None:
-        driven = drive([Leg(LOOP_S, 0.6, 0.1)])
-        sensors = Sensors(width=640, height=480)
-        self._maker = DriveMessages(COURTYARD, driven, sensors, np.random.default_rng(0))
-        self._loop = list(self._maker)
+        scenario = Scenario.model_validate(COURTYARD)
+        robot = load_manifest(find_manifest("robots", scenario.robot), Robot)
+        driver = ScriptedDriver([Leg(LOOP_S, 0.6, 0.1)])
+        self._mounting, *self._loop = MessageStream(
+            simulate_drive(scenario, robot, 0, driver=driver)
+        )
 
     def write(
         self,
@@ -46,17 +61,22 @@ class LoopedDrive:
     ) -> None:
         """Write a recording of so many seconds, a multiple of four, that begins later or not."""
         with RecordingWriter(path, container, compression) as writer:
-            writer.write("/tf_static", self._maker.mounting(), START_NS + start_s * SECOND)
+            mounting = self._mounting
+            writer.write(mounting.topic, mounting.content, START_NS + start_s * SECOND)
             for turn in range(seconds // LOOP_S):
                 later = (start_s + turn * LOOP_S) * SECOND
-                for topic, message, stamp_ns, delay_ns in self._loop:
-                    moved = _restamped(message, stamp_ns + later)
-                    writer.write(topic, moved, stamp_ns + later + delay_ns)
+                for message in self._loop:
+                    stamp_ns = message.stamp_ns + later
+                    moved = _restamped(message.content, stamp_ns)
+                    writer.write(message.topic, moved, stamp_ns + message.delay_ns)
 
 
-def _restamped(message: Any, stamp_ns: int) -> Any:
-    if not hasattr(message, "header"):
-        return message
+def _restamped(content: Any, stamp_ns: int) -> Any:
+    if hasattr(content, "transforms"):
+        moved = [_restamped(transform, stamp_ns) for transform in content.transforms]
+        return dataclasses.replace(content, transforms=moved)
+    if not hasattr(content, "header"):
+        return content
     seconds, nanoseconds = divmod(stamp_ns, SECOND)
-    stamp = dataclasses.replace(message.header.stamp, sec=seconds, nanosec=nanoseconds)
-    return dataclasses.replace(message, header=dataclasses.replace(message.header, stamp=stamp))
+    stamp = dataclasses.replace(content.header.stamp, sec=seconds, nanosec=nanoseconds)
+    return dataclasses.replace(content, header=dataclasses.replace(content.header, stamp=stamp))
