@@ -18,7 +18,7 @@ from graspe_data.simulation.simulated_drive import simulate_drive
 
 @dataclass(frozen=True)
 class Scene:
-    """Which moment of a scenario to show: within tall grass or not, and at which rank of r_point."""
+    """Which moment of a scenario to show: in tall grass or not, at which rank of r_point."""
 
     scenario: str
     title: str

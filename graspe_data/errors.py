@@ -31,3 +31,7 @@ class ShardError(GraspeError):
 
 class StageError(GraspeError):
     """A stage of the pipeline that cannot do its work."""
+
+
+class ZooError(GraspeError):
+    """A model, recipe, checkpoint or evaluation that does not fit what it is used with."""

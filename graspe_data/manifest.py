@@ -15,7 +15,7 @@ from graspe_data.errors import ManifestError
 
 MAXIMUM_BYTES = 4 << 20
 
-Kind = Literal["robots", "datasets", "recipes", "scenarios"]
+Kind = Literal["robots", "datasets", "models", "recipes", "scenarios"]
 
 
 class Settings(BaseModel):

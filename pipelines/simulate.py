@@ -1,16 +1,17 @@
-"""Simulate a scenario many times: independent recordings, each of its own seed."""
+"""Simulate drives: independent recordings, each of a scenario and a seed."""
 
 from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from graspe_data.atomic_file import PARTIAL_SUFFIX
 from graspe_data.errors import RecordingError, StageError
-from graspe_data.recordings.writing import Container
+from graspe_data.recordings.writing import Compression, Container
 from graspe_data.robot import Robot
 from graspe_data.simulation.recorded_truth import (
     read_scenario_text,
@@ -22,6 +23,23 @@ from graspe_data.simulation.recording import record_scenario
 from graspe_data.simulation.scenario import Scenario
 from pipelines.executors import Workers, run_all
 from pipelines.progress import Progress
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What to record: a scenario with a seed, in a container."""
+
+    scenario: Scenario
+    robot: Robot
+    seed: int
+    container: Container
+    compression: Compression = "none"
+
+    @property
+    def name(self) -> str:
+        """The recording's file or folder."""
+        suffix = ".bag" if self.container == "bag" else ""
+        return f"{self.scenario.name}-{self.seed}{suffix}"
 
 
 @dataclass(frozen=True)
@@ -37,76 +55,88 @@ class Simulated:
     wall_s: float | None
 
 
-@dataclass(frozen=True)
-class _Job:
-    scenario: Scenario
-    robot: Robot
-    container: Container
-    folder: Path
-    threads: int
-
-
 def simulate(
-    scenario: Scenario,
-    robot: Robot,
-    seeds: range,
-    container: Container,
+    simulations: Sequence[Simulation],
     out: Path,
     workers: Workers,
     progress: Progress,
+    *,
+    replace: bool = False,
 ) -> list[Simulated]:
-    """Write a recording of each seed into a folder; those that are there already stay.
+    """Write recordings into a folder; those that are there already stay.
+
+    Args:
+        simulations: What to record.
+        out: The folder.
+        workers: Who records.
+        progress: Who is told.
+        replace: Record anew what is there under a name but of a scenario that has changed.
 
     Raises:
-        ManifestError: The world cannot be built as the scenario asks.
-        RecordingError: A recording of that name is of something else.
+        ManifestError: A world cannot be built as its scenario asks.
+        RecordingError: A recording of that name is of something else, and not to be replaced.
         StageError: A worker process died.
     """
     out.mkdir(parents=True, exist_ok=True)
     threads = 0 if workers.processes == 1 and workers.scheduler is None else 1
-    job = _Job(scenario, robot, container, out, threads)
-    progress.start("recordings", len(seeds))
-    done: dict[int, Simulated] = {}
-    for seed, simulated in run_all(workers, partial(_simulate_one, job), seeds):
+    progress.start("recordings", len(simulations))
+    done: dict[str, Simulated] = {}
+    record = partial(_simulate_one, out, threads, replace)
+    for simulation, simulated in run_all(workers, record, simulations):
         if simulated is None:
             raise StageError(
-                f"{_target(job, seed)}: the worker process died, most often for want of memory: "
-                f"use fewer workers, or a smaller world."
+                f"{out / simulation.name}: the worker process died, most often for want of "
+                f"memory: use fewer workers, or a smaller world."
             )
-        done[seed] = simulated
+        done[simulation.name] = simulated
         progress.advance(str(simulated.path))
-    return [done[seed] for seed in seeds]
+    return [done[simulation.name] for simulation in simulations]
 
 
-def _target(job: _Job, seed: int) -> Path:
-    suffix = ".bag" if job.container == "bag" else ""
-    return job.folder / f"{job.scenario.name}-{seed}{suffix}"
-
-
-def _simulate_one(job: _Job, seed: int) -> Simulated:
-    target, begun = _target(job, seed), time.monotonic()
+def _simulate_one(out: Path, threads: int, replace: bool, simulation: Simulation) -> Simulated:
+    target, begun = out / simulation.name, time.monotonic()
     if target.exists():
-        _check_same(job, seed, target)
-        return Simulated(target, seed, _counts(target), None)
-    partial_folder = job.folder / f".{target.name}{PARTIAL_SUFFIX}"
+        if _is_same(simulation, target):
+            return Simulated(target, simulation.seed, _counts(target), None)
+        _make_way(target, replace)
+    partial_folder = out / f".{target.name}{PARTIAL_SUFFIX}"
     shutil.rmtree(partial_folder, ignore_errors=True)
     partial_folder.mkdir()
-    written = partial_folder / target.name
     try:
-        record_scenario(job.scenario, job.robot, seed, written, job.container, threads=job.threads)
-        truth_path(written).replace(truth_path(target))
-        written.rename(target)
+        _record(simulation, partial_folder / target.name, threads)
+        truth_path(partial_folder / target.name).replace(truth_path(target))
+        (partial_folder / target.name).rename(target)
     finally:
         shutil.rmtree(partial_folder, ignore_errors=True)
-    return Simulated(target, seed, _counts(target), time.monotonic() - begun)
+    return Simulated(target, simulation.seed, _counts(target), time.monotonic() - begun)
 
 
-def _check_same(job: _Job, seed: int, target: Path) -> None:
-    if read_scenario_text(target) != scenario_text(job.scenario, seed):
+def _record(simulation: Simulation, path: Path, threads: int) -> None:
+    record_scenario(
+        simulation.scenario,
+        simulation.robot,
+        simulation.seed,
+        path,
+        simulation.container,
+        simulation.compression,
+        threads,
+    )
+
+
+def _is_same(simulation: Simulation, target: Path) -> bool:
+    return read_scenario_text(target) == scenario_text(simulation.scenario, simulation.seed)
+
+
+def _make_way(target: Path, replace: bool) -> None:
+    if not replace:
         raise RecordingError(
             f"{target}: exists already, and is not of this scenario as it stands now. Remove it, "
             f"name the scenario anew, or give another --out."
         )
+    if target.is_dir():
+        shutil.rmtree(target)
+    else:
+        target.unlink()
 
 
 def _counts(path: Path) -> dict[str, int]:

@@ -43,10 +43,7 @@ def record_scenario(
     compression: Compression = "none",
     threads: int = 0,
 ) -> RecordedTruth:
-    """Simulate a scenario and record it, with ``<path>.truth.yaml`` beside.
-
-    The same arguments give the same bytes, and every container tells the same. Each message
-    reaches the recorder some milliseconds after its stamp.
+    """Simulate a scenario and record it, as ``record_drive`` does.
 
     Args:
         scenario: The scenario.
@@ -61,16 +58,39 @@ def record_scenario(
         ManifestError: The world cannot be built as the scenario asks.
         RecordingError: The path exists, or cannot be written.
     """
-    simulated = simulate_drive(scenario, robot, seed, threads)
+    return record_drive(
+        simulate_drive(scenario, robot, seed, threads), path, container, compression
+    )
+
+
+def record_drive(
+    simulated: SimulatedDrive, path: Path, container: Container, compression: Compression = "none"
+) -> RecordedTruth:
+    """Record a drive, whoever drove, with ``<path>.truth.yaml`` beside.
+
+    The same drive gives the same bytes, and every container tells the same. Each message reaches
+    the recorder some milliseconds after its stamp.
+
+    Args:
+        simulated: The drive.
+        path: The file or folder to create.
+        container: ``bag``, ``db3`` or ``mcap``.
+        compression: One that the container has.
+
+    Raises:
+        RecordingError: The path exists, or cannot be written.
+    """
+    scenario, topics = simulated.scenario, simulated.robot.topics
     truth = _truth(simulated)
     arcs = iter(truth.trajectory_texts())
-    text, jitter = Messages(robot).text, part_generator(scenario, seed, "jitter")
+    text = Messages(simulated.robot).text
+    jitter = part_generator(scenario, simulated.seed, "jitter")
     with RecordingWriter(path, container, compression) as writer:
-        writer.write(SCENARIO_TOPIC, text(scenario_text(scenario, seed)), START_NS)
+        writer.write(SCENARIO_TOPIC, text(scenario_text(scenario, simulated.seed)), START_NS)
         for message in MessageStream(simulated):
             late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
             writer.write(message.topic, message.content, message.stamp_ns + late)
-            if message.topic == robot.topics.image:
+            if message.topic == topics.image:
                 writer.write(TRAJECTORIES_TOPIC, text(next(arcs)), message.stamp_ns)
         writer.write(EVENTS_TOPIC, text(truth.events_text()), _end_ns(simulated))
     write_truth_annotation(path, truth, START_NS)

@@ -13,6 +13,7 @@ from graspe_data.simulation.camera.light import draw_light
 from graspe_data.simulation.lidar.lidar import Lidar
 from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
+from graspe_data.simulation.motion.drivers import Driver
 from graspe_data.simulation.motion.random_planner import RandomPlanner
 from graspe_data.simulation.occlusions import Covers, draw_covers
 from graspe_data.simulation.ray_scene import RayScene
@@ -35,24 +36,27 @@ class SimulatedDrive:
     covers: Covers
 
 
-def simulate_drive(scenario: Scenario, robot: Robot, seed: int, threads: int = 0) -> SimulatedDrive:
-    """Build the world of a seed and drive a random planner through it.
+def simulate_drive(
+    scenario: Scenario, robot: Robot, seed: int, threads: int = 0, driver: Driver | None = None
+) -> SimulatedDrive:
+    """Build the world of a seed and drive through it.
 
     Args:
         scenario: The scenario.
         robot: Its limits and footprint count.
         seed: Of everything that is drawn.
         threads: For rays; 0 uses every core. The answer does not depend on it.
+        driver: Who drives; None is the scenario's random planner.
 
     Raises:
         ManifestError: The world cannot be built as the scenario asks.
     """
     world = build_world(scenario.world, seed)
-    planner = RandomPlanner(
-        world, robot, scenario.planner, part_generator(scenario, seed, "planner")
-    )
+    if driver is None:
+        drawn = part_generator(scenario, seed, "planner")
+        driver = RandomPlanner(world, robot, scenario.planner, drawn)
     motion = part_generator(scenario, seed, "motion")
-    driven = drive_robot(world, robot, planner, scenario.motion, scenario.duration_s, motion)
+    driven = drive_robot(world, robot, driver, scenario.motion, scenario.duration_s, motion)
     light = draw_light(scenario.light, part_generator(scenario, seed, "light"))
     drawn = part_generator(scenario, seed, "occlusions")
     scene = RayScene(world.surfaces, threads)

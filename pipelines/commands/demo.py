@@ -1,4 +1,4 @@
-"""``graspe demo``: the whole way on recordings that it writes itself."""
+"""``graspe demo``: the whole way, from simulated recordings to a dataset and a report."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from pipelines.demo import run_demo
+from pipelines.commands.needing_open3d import needing_open3d
 from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 
@@ -19,8 +19,10 @@ def demo(
     out: Annotated[Path, typer.Option(help="Where everything is written.")] = Path("demo"),
     workers: Annotated[int, typer.Option(min=1, help="Local worker processes.")] = 2,
 ) -> None:
-    """Write recordings in all three containers, build a dataset of them and a report."""
+    """Record simulated drives, build a dataset of them and a report; run again, it goes on."""
     one_thread()
+    with needing_open3d("graspe demo"):
+        from pipelines.demo import run_demo  # noqa: PLC0415  (Open3D is slow to load)
     with ConsoleProgress(Console(stderr=True)) as progress:
         result = run_demo(out, Workers(workers), progress)
     dataset = out / "dataset"

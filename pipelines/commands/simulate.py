@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
@@ -13,9 +12,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from graspe_data.errors import StageError
 from graspe_data.manifest import validate
 from graspe_data.simulation.scenario import Scenario, load_scenario
+from pipelines.commands.needing_open3d import needing_open3d
 from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 
@@ -48,40 +47,22 @@ def simulate(
     What really happened is on the topics /truth/events and /truth/trajectories.
     """
     one_thread()
-    simulate_all = _simulation()
+    with needing_open3d("graspe simulate"):
+        from pipelines import simulate as simulation  # noqa: PLC0415  (Open3D is slow to load)
     chosen, robot = load_scenario(scenario)
     if duration is not None:
         content = chosen.model_dump() | {"duration_s": duration}
         chosen = validate(content, Scenario, f"{scenario} --duration {duration:g}")
-    seeds = range(seed, seed + recordings)
+    simulations = [
+        simulation.Simulation(chosen, robot, each, container.value)
+        for each in range(seed, seed + recordings)
+    ]
     with ConsoleProgress(Console(stderr=True)) as progress:
-        done = simulate_all(
-            chosen,
-            robot,
-            seeds,
-            container.value,
-            out,
-            Workers(workers),
-            progress,
-        )
+        done = simulation.simulate(simulations, out, Workers(workers), progress)
     if as_json:
         typer.echo(json.dumps([asdict(item) for item in done], indent=2, default=str))
     else:
         _print(done, chosen.duration_s)
-
-
-def _simulation() -> Callable[..., list[Simulated]]:
-    """The simulation, which is loaded when it is needed: Open3D is slow to load, and optional."""
-    try:
-        from pipelines.simulate import simulate as simulate_all  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] != "open3d":
-            raise
-        raise StageError(
-            "graspe simulate casts its rays with Open3D, which is not installed: "
-            "pip install 'graspe[simulation]'."
-        ) from error
-    return simulate_all
 
 
 def _print(done: list[Simulated], duration_s: float) -> None:

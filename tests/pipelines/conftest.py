@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,8 @@ import pytest
 
 from graspe_data.recordings.writing import Container
 from graspe_data.robot import Mounting
-from graspe_data.simulation.plain_world import Block, Trunk, World
-from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.simulation.scripted_recording import Sensors, record_drive
+from graspe_data.simulation.motion.drivers import Leg
+from graspe_data.simulation.recording import record_drive
 from pipelines.dataset_settings import (
     DatasetManifest,
     DatasetRecipe,
@@ -22,18 +22,35 @@ from pipelines.dataset_settings import (
     WindowSettings,
     load_recipe,
 )
+from tests.conftest import GardenDrive
 
-WORLD = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=(Block((8, 9), (-3, 3), 2.0),))
-SENSORS = Sensors(camera_rate=5, lidar_rate=5, width=160, height=120)
-LEGS = (Leg(2.5, 0.6, 0.0), Leg(1.5, 0.5, 0.3), Leg(1.5, 0.5, 0.0, "stuck"), Leg(1.0, 0.4, 0.0))
+LEGS = (Leg(2.5, 0.6, 0.0), Leg(1.5, 0.5, 0.3), Leg(1.5, 0.5, 0.0), Leg(1.0, -0.4, 0.0))
+"""Into the bush, and out of it backwards."""
 SUFFIX = {"bag": ".bag", "db3": "", "mcap": ""}
 
 
-class RecordingFactory:
-    """Writes small recordings into a folder."""
+class RecordingStore:
+    """Records each drive once for all tests."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, drive: GardenDrive) -> None:
+        self._folder, self._drive = folder, drive
+        self._known: dict[tuple[object, ...], Path] = {}
+
+    def fetch(self, name: str, container: Container, seed: int, legs: tuple[Leg, ...]) -> Path:
+        key = (name, container, seed, legs)
+        if key not in self._known:
+            folder = self._folder / str(len(self._known))
+            folder.mkdir()
+            record_drive(self._drive(legs, seed), folder / name, container)
+            self._known[key] = folder / name
+        return self._known[key]
+
+
+class RecordingFactory:
+    """Puts small recordings into a folder."""
+
+    def __init__(self, folder: Path, store: RecordingStore) -> None:
+        self.folder, self._store = folder, store
         folder.mkdir()
 
     def __call__(
@@ -43,14 +60,22 @@ class RecordingFactory:
         seed: int = 0,
         legs: tuple[Leg, ...] = LEGS,
     ) -> Path:
-        path = self.folder / f"{name}{SUFFIX[container]}"
-        record_drive(path, container, WORLD, drive(legs), SENSORS, seed)
-        return path
+        stored = self._store.fetch(f"{name}{SUFFIX[container]}", container, seed, legs)
+        copy = shutil.copytree if stored.is_dir() else shutil.copy
+        copy(stored, self.folder / stored.name)
+        return self.folder / stored.name
+
+
+@pytest.fixture(scope="session")
+def recording_store(
+    tmp_path_factory: pytest.TempPathFactory, garden_drive: GardenDrive
+) -> RecordingStore:
+    return RecordingStore(tmp_path_factory.mktemp("recording_store"), garden_drive)
 
 
 @pytest.fixture
-def record(tmp_path: Path) -> RecordingFactory:
-    return RecordingFactory(tmp_path / "recordings")
+def record(tmp_path: Path, recording_store: RecordingStore) -> RecordingFactory:
+    return RecordingFactory(tmp_path / "recordings", recording_store)
 
 
 @pytest.fixture
@@ -67,7 +92,7 @@ def recipe() -> DatasetRecipe:
         ),
         storage=StorageSettings(rows_per_shard=8),
     )
-    robot = load_recipe("demo").robot
+    robot = load_recipe("field").robot
     looking_down = Mounting(
         translation=(0.4, 0, 0.25), rotation_rpy=(-np.pi / 2 - 1.2, 0, -np.pi / 2)
     )

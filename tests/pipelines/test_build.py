@@ -13,8 +13,8 @@ from graspe_data.observation.labels import Annotation, Interval, annotation_path
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.shards.verify import verify_dataset
-from graspe_data.simulation.scripted_drive import Leg
-from graspe_data.simulation.scripted_recording import START_NS
+from graspe_data.simulation.message_stream import START_NS
+from graspe_data.simulation.motion.drivers import Leg
 from pipelines.build import BuildResult, build_dataset
 from pipelines.commit import only_builder
 from pipelines.dataset_settings import DatasetRecipe, Group, SplitSettings, StorageSettings

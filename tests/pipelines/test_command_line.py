@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from graspe_data.simulation import scripted_recording
-from graspe_data.simulation.scripted_drive import Leg
+from graspe_data.simulation.motion.drivers import Leg
 from pipelines.command_line import main
 from pipelines.dataset_settings import DatasetRecipe
 from tests.pipelines.conftest import RecordingFactory
@@ -71,8 +70,7 @@ def graspe(
 
 
 @pytest.fixture
-def drive(record: RecordingFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(scripted_recording, "COLUMNS", 60)
+def drive(record: RecordingFactory) -> Path:
     return record(legs=(Leg(3.5, 0.6, 0.1),))
 
 
@@ -94,11 +92,11 @@ def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) ->
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        ("dataset build demo -r missing --out o", "missing: no such file or folder"),
-        ("dataset build demo -r empty --out o", "empty: no recording here or below"),
-        ("dataset build demmo -r text --out o", "Did you mean 'demo'?"),
-        ("dataset build demo -r text --out o", "neither a ROS 1 bag"),
-        ("dataset build demo -r text --out text", "text: cannot be the dataset's folder"),
+        ("dataset build field -r missing --out o", "missing: no such file or folder"),
+        ("dataset build field -r empty --out o", "empty: no recording here or below"),
+        ("dataset build feild -r text --out o", "Did you mean 'field'?"),
+        ("dataset build field -r text --out o", "neither a ROS 1 bag"),
+        ("dataset build field -r text --out text", "text: cannot be the dataset's folder"),
         ("dataset info empty", "empty is no finished dataset"),
         ("dataset info missing", "missing is no finished dataset"),
         ("dataset verify empty", "run it again to finish"),
@@ -107,7 +105,7 @@ def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) ->
         ("scaffold missing", "missing: no such file or folder"),
         ("scaffold text", "neither a ROS 1 bag"),
         ("inspect text --robot spott", "Did you mean 'spot'?"),
-        ("label propose demo -r missing", "missing: no such file or folder"),
+        ("label propose field -r missing", "missing: no such file or folder"),
     ],
 )
 def test_a_mistake_is_one_clear_text_on_stderr(graspe: Run, arguments: str, text: str) -> None:
@@ -122,9 +120,9 @@ def test_a_mistake_is_one_clear_text_on_stderr(graspe: Run, arguments: str, text
     "arguments",
     [
         "nonsense",
-        "dataset build demo --out o",
-        "dataset build demo -r text --out o --workers 0",
-        "dataset build demo -r text --out o --wrkers 2",
+        "dataset build field --out o",
+        "dataset build field -r text --out o --workers 0",
+        "dataset build field -r text --out o --wrkers 2",
         "dataset verify empty --against-bags -1",
     ],
 )

@@ -15,8 +15,7 @@ from pathlib import Path
 import pytest
 
 from graspe_data.errors import StageError
-from graspe_data.simulation import scripted_recording
-from graspe_data.simulation.scripted_drive import Leg
+from graspe_data.simulation.motion.drivers import Leg
 from pipelines import dask_cluster
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe
@@ -89,8 +88,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 
 @pytest.fixture
-def recordings(record: RecordingFactory, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    monkeypatch.setattr(scripted_recording, "COLUMNS", 450)
+def recordings(record: RecordingFactory) -> list[Path]:
     return [record(f"drive{seed}", "mcap", seed, LEGS) for seed in range(6)]
 
 

@@ -17,8 +17,7 @@ from typing import IO
 import numpy as np
 import pytest
 
-from graspe_data.simulation import scripted_recording
-from graspe_data.simulation.scripted_drive import Leg
+from graspe_data.simulation.motion.drivers import Leg
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers, run_all
@@ -44,13 +43,7 @@ class Job:
 
 
 @pytest.fixture
-def job(
-    record: RecordingFactory,
-    recipe: DatasetRecipe,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> Job:
-    monkeypatch.setattr(scripted_recording, "COLUMNS", 450)
+def job(record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path) -> Job:
     containers = ("bag", "db3", "mcap", "mcap")
     recordings = [
         record(f"drive{seed}", container, seed, LEGS)  # type: ignore[arg-type]

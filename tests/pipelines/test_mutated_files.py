@@ -22,8 +22,7 @@ from graspe_data.observation.labels.verdicts import Interval
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.shards.verify import verify_dataset
-from graspe_data.simulation import scripted_recording
-from graspe_data.simulation.scripted_drive import Leg
+from graspe_data.simulation.motion.drivers import Leg
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
 from pipelines.executors import Workers
@@ -58,13 +57,7 @@ class Built:
 
 
 @pytest.fixture
-def built(
-    record: RecordingFactory,
-    recipe: DatasetRecipe,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> Built:
-    monkeypatch.setattr(scripted_recording, "COLUMNS", 60)
+def built(record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path) -> Built:
     return Built(record(legs=(Leg(3.5, 0.6, 0.1),)), recipe, tmp_path)
 
 
@@ -83,13 +76,13 @@ def test_damaged_manifests(tmp_path: Path) -> None:
     for number in range(MUTATIONS):
         shutil.copytree(shipped_manifests(), manifests)
         generator = np.random.default_rng(number)
-        name = ("datasets/demo.yaml", "robots/spot.yaml")[number % 2]
+        name = ("datasets/field.yaml", "robots/spot.yaml")[number % 2]
         damage_file(manifests / name, generator)
-        text = (manifests / "datasets/demo.yaml").read_bytes()
-        (manifests / "datasets/demo.yaml").write_bytes(
+        text = (manifests / "datasets/field.yaml").read_bytes()
+        (manifests / "datasets/field.yaml").write_bytes(
             text.replace(b": spot", b": ../robots/spot.yaml")
         )
-        found[clear(lambda: load_recipe(manifests / "datasets/demo.yaml"))] += 1
+        found[clear(lambda: load_recipe(manifests / "datasets/field.yaml"))] += 1
         shutil.rmtree(manifests)
     assert found["refused"] > MUTATIONS / 4
 

@@ -14,11 +14,13 @@ from pathlib import Path
 import pytest
 
 from graspe_data.recordings.writing import COMPRESSIONS, Container, RecordingWriter
-from graspe_data.simulation import scripted_recording
-from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.simulation.scripted_recording import Sensors, record_drive
+from graspe_data.simulation import recording
+from graspe_data.simulation.motion.drivers import Leg
+from graspe_data.simulation.recorded_truth import truth_path
+from graspe_data.simulation.recording import record_drive
+from graspe_data.simulation.simulated_drive import SimulatedDrive
 from pipelines.dataset_settings import DatasetRecipe
-from tests.pipelines.conftest import WORLD
+from tests.conftest import GardenDrive
 
 CONTAINERS: tuple[Container, ...] = ("bag", "db3", "mcap")
 SAMPLE, SOAK = 50, 667
@@ -63,11 +65,21 @@ class Case:
 
 
 @pytest.fixture
-def sound(container: Container, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def sound(
+    container: Container,
+    garden_drive: GardenDrive,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Path:
     """A folder of small recordings, one a compression."""
-    monkeypatch.setattr(scripted_recording, "COLUMNS", 60)
-    monkeypatch.setattr(scripted_recording, "RecordingWriter", SmallChunks)
-    _write_sound_recordings(tmp_path / "sound", container)
+    monkeypatch.setattr(recording, "RecordingWriter", SmallChunks)
+    driven = garden_drive(
+        (Leg(3.5, 0.6, 0.1),),
+        camera={"width": 64, "height": 48},
+        lidar={"maximum_range": 3.5},
+        rates={"odometry": 20.0, "imu": 20.0},
+    )
+    _write_sound_recordings(tmp_path / "sound", container, driven)
     return tmp_path / "sound"
 
 
@@ -101,15 +113,12 @@ def _check(container: Container, recipe: DatasetRecipe, sound: Path, numbers: ra
     assert counts["refused"] > 0
 
 
-def _write_sound_recordings(folder: Path, container: Container) -> None:
+def _write_sound_recordings(folder: Path, container: Container, driven: SimulatedDrive) -> None:
     folder.mkdir()
-    sensors = Sensors(
-        camera_rate=5, lidar_rate=5, odometry_rate=20, imu_rate=20, width=64, height=48
-    )
-    driven = drive((Leg(3.5, 0.6, 0.1),))
     for compression in COMPRESSIONS[container]:
         path = folder / f"{compression}{'.bag' if container == 'bag' else ''}"
-        record_drive(path, container, WORLD, driven, sensors, 0, compression)
+        record_drive(driven, path, container, compression)
+        truth_path(path).unlink()
 
 
 def _run(folder: Path, numbers: range) -> Iterator[Case]:

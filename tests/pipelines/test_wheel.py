@@ -15,7 +15,7 @@ LOOK = """
 import json
 from graspe_data import manifest
 from pipelines.dataset_settings import load_recipe
-found = [manifest.find_manifest("datasets", "demo"), manifest.find_manifest("robots", "spot")]
+found = [manifest.find_manifest("datasets", "field"), manifest.find_manifest("robots", "spot")]
 print(json.dumps([manifest.__file__, *map(str, found), load_recipe("kitti_street").robot.name]))
 """
 

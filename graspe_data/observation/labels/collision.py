@@ -1,4 +1,4 @@
-"""Collision: a stop that is too hard and too short for a brake, and that nobody commanded."""
+"""Collision: a stop too hard and too short for a brake, uncommanded or felt as a hit."""
 
 from __future__ import annotations
 
@@ -30,17 +30,18 @@ class CollisionSettings(Settings):
     """m/s^2, of the odometry's speed over ``window_s``."""
     window_s: Positive = 0.1
     """Sampled more slowly, the odometry is compared from sample to sample."""
-    minimum_speed: Positive = 0.3
+    minimum_speed: Positive = 0.2
     """m/s, before: the mean velocity over ``sustained_s``, so that noise about rest has none."""
-    sustained_s: Positive = 0.3
+    sustained_s: Positive = 0.2
     remaining_fraction: Annotated[float, Field(gt=0, lt=1)] = 0.3
     """Of the speed before; after a collision less than this is left."""
     maximum_s: Positive = 0.6
     """A deceleration that lasts longer is a hard brake."""
     settle_s: Annotated[float, Field(ge=0)] = 0.2
     """After the deceleration, time for a rebound to end."""
-    shock: Positive = 15.0
-    """m/s^2, of the IMU; with such a peak ``shocked_deceleration`` is evidence enough."""
+    shock: Positive = 10.0
+    """m/s^2, of the IMU; with such a peak ``shocked_deceleration`` is evidence enough, and a loss
+    of speed that is as hard as ``deceleration`` is no brake, which friction limits to about g."""
     shocked_deceleration: Positive = 1.0
     """m/s^2."""
     command_timeout_s: Positive = 0.5
@@ -61,17 +62,17 @@ def collision_events(
 
     Args:
         odometry: Gives the speed.
-        command: Commands, where there are any: a commanded stop is no collision.
+        command: Commands, where there are any: a commanded stop is no collision, unless it is both
+            hard and felt as a shock.
         inertial: IMU samples, where there are any: their peaks support weaker decelerations.
         settings: Thresholds.
     """
     stamps, speed = odometry.stamps_ns, np.abs(odometry.v)
     later, deceleration = _deceleration(stamps, speed, settings)
     hard = deceleration > settings.deceleration
-    if inertial is not None:
-        shocked = _shocked(stamps, stamps[later], inertial, settings.shock)
-        hard |= shocked & (deceleration > settings.shocked_deceleration)
-    first, last = true_runs(hard, stamps, round(settings.maximum_gap_s * 1e9))
+    shocked = _shocked(stamps, stamps[later], inertial, settings.shock)
+    slowing = hard | (shocked & (deceleration > settings.shocked_deceleration))
+    first, last = true_runs(slowing, stamps, round(settings.maximum_gap_s * 1e9))
     end = later[last]
     after = np.minimum(speed[end], speed[_index_after(stamps, stamps[end], settings.settle_s)])
     before = np.abs(moving_mean(stamps, odometry.v, settings.sustained_s, 0.0))[first]
@@ -80,7 +81,8 @@ def collision_events(
     real &= stamps[first] - stamps[0] >= settings.sustained_s * 1e9
     if command is not None:
         noticed = stamps[later[first]]
-        real &= ~_commanded_stop(noticed, odometry.v[first], command, settings)
+        commanded = _commanded_stop(noticed, odometry.v[first], command, settings)
+        real &= ~commanded | _within(hard & shocked, first, last)
     return [
         Event("collision", int(start), int(stop), f"{fast:.2f} to {slow:.2f} m/s")
         for start, stop, fast, slow in zip(
@@ -106,11 +108,24 @@ def _deceleration(
 
 
 def _shocked(
-    start: NDArray[np.int64], stop: NDArray[np.int64], inertial: InertialSeries, threshold: float
+    start: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    inertial: InertialSeries | None,
+    threshold: float,
 ) -> Mask:
+    """Whether the IMU felt a peak from start to stop; without one it felt none."""
+    if inertial is None:
+        return np.zeros(start.shape, np.bool_)
     peaks = inertial.stamps_ns[shock(inertial) > threshold]
     mask: Mask = np.searchsorted(peaks, stop, side="right") > np.searchsorted(peaks, start)
     return mask
+
+
+def _within(mask: Mask, first: Indices, last: Indices) -> Mask:
+    """Whether any sample from first to last, both included, is true."""
+    count = np.concatenate([[0], np.cumsum(mask)])
+    some: Mask = count[last + 1] > count[first]
+    return some
 
 
 def _commanded_stop(

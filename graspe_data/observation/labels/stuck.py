@@ -7,10 +7,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from graspe_data.geometry import Floats
 from graspe_data.manifest import Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import true_runs
 from graspe_data.observation.labels.motion_series import CommandSeries, OdometrySeries
+from graspe_data.observation.labels.moving_mean import moving_mean
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -24,6 +26,8 @@ class StuckSettings(Settings):
     """rad/s; looked at where no speed is commanded."""
     moving_fraction: Annotated[float, Field(gt=0, le=1)] = 0.2
     """Of the commanded speed or yaw rate; the robot is stuck below it."""
+    window_s: Annotated[float, Field(ge=0)] = 0.1
+    """Both are averaged over it with their signs, so that noise frees no robot that creeps."""
     minimum_s: Positive = 1.0
     """A shorter hold is a robot that is starting."""
     command_timeout_s: Positive = 0.5
@@ -44,8 +48,9 @@ def stuck_events(
     v, omega = np.abs(v), np.abs(omega)
     told_to_drive = v >= settings.commanded_speed
     told_to_turn = ~told_to_drive & (omega >= settings.commanded_yaw_rate)
-    stands = np.abs(odometry.v) < settings.moving_fraction * v
-    does_not_turn = np.abs(odometry.omega) < settings.moving_fraction * omega
+    speed, turning = _means(odometry, settings.window_s)
+    stands = np.abs(speed) < settings.moving_fraction * v
+    does_not_turn = np.abs(turning) < settings.moving_fraction * omega
     held = age <= settings.command_timeout_s
     mask = held & ((told_to_drive & stands) | (told_to_turn & does_not_turn))
     first, last = true_runs(mask, odometry.stamps_ns, round(settings.maximum_gap_s * 1e9))
@@ -55,3 +60,10 @@ def stuck_events(
         for start, stop, i in zip(starts, stops, first, strict=True)
         if stop - start >= settings.minimum_s * 1e9
     ]
+
+
+def _means(odometry: OdometrySeries, window_s: float) -> tuple[Floats, Floats]:
+    half = window_s / 2
+    velocity = np.stack([odometry.v, odometry.omega], axis=1)
+    speed, turning = moving_mean(odometry.stamps_ns, velocity, half, half).T
+    return speed, turning

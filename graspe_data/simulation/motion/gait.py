@@ -11,6 +11,9 @@ from pydantic import Field
 from graspe_data.geometry import Floats
 from graspe_data.manifest import Settings
 
+# The mean of max(cos, 0)^4 over a period.
+MEAN_BUMP = 3 / 16
+
 
 class GaitSettings(Settings):
     """A trot."""
@@ -22,7 +25,8 @@ class GaitSettings(Settings):
     sway: Annotated[float, Field(ge=0, le=0.1)] = 0.010
     """rad, amplitude of roll once a stride, and half as much of pitch once a footfall."""
     footfall: Annotated[float, Field(ge=0, le=10)] = 1.2
-    """m/s^2, peak of the bump that a foot gives; upward, and a third of it backward."""
+    """m/s^2, peak of the bump that a foot gives; upward, and a third of it backward. On the
+    average over a stride there is none."""
     full_speed: Annotated[float, Field(gt=0, le=10)] = 0.25
     """m/s, or rad/s halved, at which the gait is fully there; it fades in below."""
 
@@ -54,7 +58,7 @@ def walk(settings: GaitSettings, command: Floats, time_s: Floats) -> Gait:
     roll = settings.sway * np.sin(phase)
     pitch = settings.sway / 2 * np.sin(2 * phase)
     height = settings.bob * np.cos(2 * phase)
-    bump = settings.footfall * np.maximum(np.cos(2 * phase), 0.0) ** 4
+    bump = settings.footfall * (np.maximum(np.cos(2 * phase), 0.0) ** 4 - MEAN_BUMP)
     bumps = np.stack([-bump / 3, np.zeros_like(bump), bump], axis=1)
     tilt = np.stack([roll, pitch], axis=1)
     return Gait(effort * height, effort[:, None] * tilt, effort[:, None] * bumps)

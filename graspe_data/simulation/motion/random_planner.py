@@ -49,6 +49,7 @@ class RandomPlanner:
         self._waypoint = np.zeros(2)
         self._waypoint_until = 0.0
         self._caution = settings.caution
+        self._wary = False
 
     def command(self, state: RobotState) -> tuple[float, float]:
         """Linear velocity in m/s and yaw rate in rad/s to hold until asked again."""
@@ -75,7 +76,7 @@ class RandomPlanner:
             self._take(self._next(state), state)
         else:
             self._recovery, self._backs = "push", 0
-            self._waypoint_until, self._caution = 0.0, 1.0
+            self._waypoint_until, self._caution, self._wary = 0.0, 1.0, True
             self._until = state.time_s + self._choice.uniform(self._settings.push_s)
 
     def _take(self, leg: Leg, state: RobotState) -> None:
@@ -133,7 +134,8 @@ class RandomPlanner:
 
     def _is_tempted(self, pose: Floats) -> bool:
         """Whether the next waypoint is, by curiosity, something that could hold the robot."""
-        wary, self._caution = self._caution == 1.0, self._settings.caution
+        wary, self._wary = self._wary, False
+        self._caution = 1.0 if wary else self._settings.caution
         if wary or self._generator.random() >= self._settings.curiosity:
             return False
         point = self._choice.temptation(pose)

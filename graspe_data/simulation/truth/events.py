@@ -36,6 +36,8 @@ class EventSettings(Settings):
     """Of the command; a slower robot is held."""
     held_s: Positive = 1.0
     """Seconds; held for less, it is not stuck."""
+    slack_s: Annotated[float, Field(ge=0)] = 0.1
+    """Seconds; a robot that gets on for no longer is held all the same."""
 
 
 def true_events(drive: Drive, settings: EventSettings | None = None) -> list[Event]:
@@ -65,7 +67,9 @@ def _collisions(drive: Drive, settings: EventSettings) -> list[Event]:
 
 def _stuck(drive: Drive, settings: EventSettings) -> list[Event]:
     found = []
-    for first, last in _runs(_held(drive, settings)):
+    runs = np.array(_runs(_held(drive, settings)), np.int64).reshape(-1, 2)
+    joined = join_intervals(runs[:, 0], runs[:, 1], round(settings.slack_s / STEP_S))
+    for first, last in zip(*(ends.tolist() for ends in joined), strict=True):
         within = slice(first, last + 1)
         entangled = np.count_nonzero(drive.contacts.entangled[within])
         stopped = np.count_nonzero(drive.contacts.stopped[within])

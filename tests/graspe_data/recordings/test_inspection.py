@@ -1,12 +1,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from graspe_data.errors import RecordingError
@@ -21,29 +20,20 @@ from graspe_data.recordings.topic_content import (
 )
 from graspe_data.recordings.writing import Container
 from graspe_data.robot import Robot
-from graspe_data.simulation.plain_world import Trunk, World
-from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.simulation.scripted_recording import START_NS, DriveMessages, Sensors
+from graspe_data.simulation.message_stream import START_NS, MessageStream
+from graspe_data.simulation.motion.drivers import Leg
+from tests.conftest import GardenDrive
 
 IMAGE, CLOUD, ODOMETRY = "/camera/color/image_raw/compressed", "/velodyne_points", "/spot/odometry"
-SENSORS = Sensors(camera_rate=5, lidar_rate=5, width=80, height=60)
 Message = tuple[str, Any, int]
 Change = Callable[[Message], Message | None]
 
 
-def drive_messages() -> Iterator[Message]:
-    """Ten seconds of all sensors: topic, message, bag time."""
-    world = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=())
-    random = np.random.default_rng(0)
-    messages = DriveMessages(world, drive((Leg(10.0, 0.6, 0.1),)), SENSORS, random)
-    yield "/tf_static", messages.mounting(), START_NS
-    for topic, message, stamp_ns, delay_ns in messages:
-        yield topic, message, stamp_ns + delay_ns
-
-
 @pytest.fixture(scope="module")
-def messages() -> list[Message]:
-    return list(drive_messages())
+def messages(garden_drive: GardenDrive) -> list[Message]:
+    """Ten seconds of all sensors: topic, message, bag time."""
+    driven = garden_drive((Leg(10.0, 0.6, 0.6),), camera={"width": 80, "height": 60})
+    return [(m.topic, m.content, m.stamp_ns + m.delay_ns) for m in MessageStream(driven)]
 
 
 @pytest.fixture

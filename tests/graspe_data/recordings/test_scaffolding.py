@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -18,14 +17,11 @@ from graspe_data.recordings.manifest_lines import ManifestLine, manifest_text, u
 from graspe_data.recordings.message_types import message_classes
 from graspe_data.recordings.scaffolding import scaffold_robot
 from graspe_data.robot import Intrinsics, Mounting, Robot
-from graspe_data.simulation.plain_world import Trunk, World
-from graspe_data.simulation.scripted_drive import Leg, drive
-from graspe_data.simulation.scripted_recording import (
-    BASE_HEIGHT,
-    DriveMessages,
-    Sensors,
-    record_drive,
-)
+from graspe_data.simulation.message_stream import MessageStream
+from graspe_data.simulation.motion.drivers import Leg
+from graspe_data.simulation.recording import record_drive
+from graspe_data.simulation.simulated_drive import SimulatedDrive
+from tests.conftest import GardenDrive
 
 Load = Callable[[Path], tuple[str, Robot]]
 
@@ -43,12 +39,15 @@ def load(tmp_path: Path) -> Load:
     return scaffold
 
 
+@pytest.fixture(scope="module")
+def driven(garden_drive: GardenDrive) -> SimulatedDrive:
+    return garden_drive((Leg(2.0, 0.6, 0.1),), camera={"width": 80, "height": 60})
+
+
 @pytest.fixture
-def recorded(tmp_path: Path) -> Path:
+def recorded(tmp_path: Path, driven: SimulatedDrive) -> Path:
     path = tmp_path / "Forest walk.mcap"
-    world = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=())
-    sensors = Sensors(camera_rate=5, lidar_rate=5, width=80, height=60)
-    record_drive(path, "mcap", world, drive((Leg(2.0, 0.6, 0.1),)), sensors, 0)
+    record_drive(driven, path, "mcap")
     return path
 
 
@@ -61,7 +60,7 @@ def test_a_whole_recording_gives_the_robot_that_made_it(load: Load, recorded: Pa
     assert robot.topics.command == "/cmd_vel"
     assert robot.topics.imu == "/imu/data"
     assert (robot.base_frame, robot.odometry_frame) == ("base_link", "odom")
-    assert robot.base_height == pytest.approx(BASE_HEIGHT, abs=0.06)
+    assert robot.base_height == pytest.approx(0.5, abs=0.06)
     assert (robot.lidar.model, robot.lidar.rings) == ("VLP-16", 16)
     assert robot.lidar.intensity_maximum == 255.0
     assert (robot.camera.intrinsics, robot.camera.mounting) == ("camera_info", "tf")
@@ -77,17 +76,16 @@ def test_every_line_says_where_it_is_from(load: Load, recorded: Path) -> None:
     assert all("#" in lines[n] or lines[n - 1].strip().startswith("#") for n in values)
 
 
-def test_a_constant_skew_is_suggested_as_offset(load: Load, tmp_path: Path) -> None:
+def test_a_constant_skew_is_suggested_as_offset(
+    load: Load, driven: SimulatedDrive, tmp_path: Path
+) -> None:
     path = tmp_path / "late.bag"
-    sensors = Sensors(camera_rate=5, lidar_rate=5, width=80, height=60)
-    driven = drive((Leg(2.0, 0.6, 0.1),))
-    world, random = World(trunks=(Trunk(4, 1, 0.2, 4),), blocks=()), np.random.default_rng(0)
     with RecordingWriter(path, "bag") as writer:
-        for topic, message, stamp_ns, delay_ns in DriveMessages(world, driven, sensors, random):
-            if topic == "/spot/odometry":
-                stamp = replace(message.header.stamp, sec=message.header.stamp.sec - 5)
-                message.header.stamp = stamp
-            writer.write(topic, message, stamp_ns + delay_ns)
+        for message in MessageStream(driven):
+            if message.topic == "/spot/odometry":
+                header = message.content.header
+                header.stamp = replace(header.stamp, sec=header.stamp.sec - 5)
+            writer.write(message.topic, message.content, message.stamp_ns + message.delay_ns)
     text, robot = load(path)
     assert robot.clocks.odometry.offset_s == pytest.approx(5.0, abs=0.05)
     assert robot.clocks.points.offset_s == 0.0

@@ -60,6 +60,22 @@ class TestStuck:
         assert not stuck_events(drive(0.0, 0.5), command(0.0, 0.5), StuckSettings())
         assert stuck_events(drive(0.0, 0.0), command(0.0, 0.5), StuckSettings())
 
+    @pytest.mark.parametrize("way", [-1.0, 1.0])
+    def test_noise_frees_no_robot_that_creeps(
+        self, drive: Build, command: Build, start_ns: int, way: float
+    ) -> None:
+        noise = np.random.default_rng(0).normal(0.0, 0.005, 501)
+        creeping = drive(lambda times: way * 0.09 + np.resize(noise, times.shape), rate=50.0)
+        (event,) = stuck_events(creeping, command(way * 0.5), StuckSettings())
+        assert seconds_of(event, start_ns) == pytest.approx((0.0, 10.0), abs=0.1)
+        assert not any(
+            event.stop_ns - event.start_ns > 9e9
+            for event in stuck_events(creeping, command(way * 0.5), StuckSettings(window_s=0.0))
+        )
+
+    def test_a_robot_that_goes_the_other_way_moves(self, drive: Build, command: Build) -> None:
+        assert stuck_events(drive(-0.3), command(0.5), StuckSettings()) == []
+
     def test_nothing_is_concluded_across_a_gap(self, drive: Build, command: Build) -> None:
         whole = drive(0.0, seconds=3.0, rate=10.0)
         keep = np.abs(np.arange(31) - 15) > 7
@@ -99,6 +115,39 @@ class TestCollision:
         assert collision_events(
             drive(ramp((0, -1), (5, -1), (5.05, 0))), None, None, CollisionSettings()
         )
+
+    def test_the_soft_hit_of_a_walking_robot_is_one_where_the_imu_feels_it(
+        self, drive: Build, command: Build, inertial: Build
+    ) -> None:
+        hit = drive(ramp((0, 0.24), (5, 0.24), (5.02, 0)), rate=50.0)
+        footfalls = inertial(lambda times: 4 * np.maximum(np.cos(8 * np.pi * times), 0) ** 4)
+        felt = inertial(lambda times: np.where(np.abs(times - 5.01) < 0.012, -12.0, 0.0))
+        assert collision_events(hit, command(0.5), footfalls, CollisionSettings()) == []
+        assert len(collision_events(hit, command(0.5), felt, CollisionSettings())) == 1
+
+    def test_a_hit_soon_after_the_start_is_one(self, drive: Build, command: Build) -> None:
+        started = drive(ramp((0, 0), (2, 0), (2.5, 0.5), (2.52, 0)), rate=50.0)
+        assert len(collision_events(started, command(0.5), None, CollisionSettings())) == 1
+
+    def test_a_hit_while_told_to_stop_is_one_where_it_is_harder_than_a_brake(
+        self, drive: Build, command: Build, inertial: Build
+    ) -> None:
+        stop = drive(ramp((0, 0.5), (5, 0.5), (5.02, 0)), rate=50.0)
+        told = command(lambda times: np.where(times >= 4.99, 0.0, 0.5), rate=50.0)
+        braked = inertial(lambda times: np.where(np.abs(times - 5.05) < 0.05, -8.0, 0.0))
+        hit = inertial(lambda times: np.where(np.abs(times - 5.01) < 0.012, -20.0, 0.0))
+        footfall = inertial(lambda times: np.where(np.abs(times - 5.3) < 0.012, 20.0, 0.0))
+        assert collision_events(stop, told, braked, CollisionSettings()) == []
+        assert collision_events(stop, told, footfall, CollisionSettings()) == []
+        assert len(collision_events(stop, told, hit, CollisionSettings())) == 1
+
+    def test_a_gentle_stop_that_was_told_is_none_whatever_the_imu_feels(
+        self, drive: Build, command: Build, inertial: Build
+    ) -> None:
+        stop = drive(ramp((0, 0.5), (5, 0.5), (5.25, 0)), rate=50.0)
+        told = command(lambda times: np.where(times >= 4.9, 0.0, 0.5), rate=50.0)
+        shaken = inertial(lambda times: 25.0 * np.sin(2 * np.pi * 20 * times))
+        assert collision_events(stop, told, shaken, CollisionSettings()) == []
 
     @pytest.mark.parametrize("lead_s", [0.0, 0.2, 0.4])
     def test_a_commanded_stop_is_none(self, drive: Build, command: Build, lead_s: float) -> None:

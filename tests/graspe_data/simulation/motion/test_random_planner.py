@@ -60,16 +60,28 @@ def test_commands_are_held_for_ten_steps_at_least(world_of: WorldOf, spot: Robot
 def test_a_cautious_robot_hits_less(world_of: WorldOf, spot: Robot) -> None:
     world = world_of(*trees(250))
     careful, blind = (
-        explored(world, spot, PlannerSettings(caution=caution), 120.0).contacts
+        explored(world, spot, PlannerSettings(caution=caution, curiosity=0.0), 120.0).contacts
         for caution in (1.0, 0.0)
     )
-    assert np.count_nonzero(careful.impact > 0.1) == 0
-    assert np.count_nonzero(blind.impact > 0.1) >= 3
+    hits = [np.count_nonzero(contacts.impact > 0.1) for contacts in (careful, blind)]
+    assert 3 * hits[0] <= hits[1]
+    assert hits[1] >= 3
+
+
+def test_a_curious_robot_finds_what_holds_it(world_of: WorldOf, spot: Robot) -> None:
+    world = world_of(*trees(60))
+    curious, steady = (
+        explored(world, spot, PlannerSettings(caution=1.0, curiosity=curiosity), 120.0).contacts
+        for curiosity in (1.0, 0.0)
+    )
+    hits = [np.count_nonzero(contacts.impact > 0.1) for contacts in (curious, steady)]
+    assert hits[0] >= 3
+    assert 3 * hits[1] <= hits[0]
 
 
 def test_held_by_a_wall_it_pushes_backs_off_and_turns(world_of: WorldOf, spot: Robot) -> None:
     wall = Obstacle((2.0, -14.0), (2.0, 14.0), 0.1, "stops", "concrete")
-    settings = PlannerSettings(caution=0.0, stand=0.0, turn=0.0, oscillate=0.0)
+    settings = PlannerSettings(caution=0.0, curiosity=0.0, stand=0.0, turn=0.0, oscillate=0.0)
     drive = explored(world_of(wall), spot, settings, 60.0)
     backs = int(np.argmax(drive.command[:, 0] < 0))
     assert (drive.contacts.impact[:backs] > 0.1).any()

@@ -1,0 +1,58 @@
+"""What every model of the zoo is: observation columns in, success probabilities out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import binary_cross_entropy_with_logits
+
+Observation = Mapping[str, Tensor]
+"""Columns of B rows as they lie in a dataset, by name; see the README's table of columns."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A loss to minimise, and its named parts, each a scalar tensor."""
+
+    total: Tensor
+    parts: dict[str, Tensor] = field(default_factory=dict)
+
+
+class SuccessModel(nn.Module, ABC):
+    """Predicts whether a trajectory succeeds, step by step.
+
+    Attributes:
+        columns: Names of the dataset's columns that it needs; no others are read.
+        horizon: Steps predicted, T.
+    """
+
+    columns: ClassVar[tuple[str, ...]]
+    horizon: int
+
+    @abstractmethod
+    def logits(self, observation: Observation) -> Tensor:
+        """Log-odds of success, float32 (B, T)."""
+
+    def forward(self, observation: Observation) -> Tensor:
+        """Probabilities of success, (B, T), 1 = success."""
+        return torch.sigmoid(self.logits(observation))
+
+    def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
+        """What training minimises: by default the cross-entropy of the judged steps.
+
+        Args:
+            observation: The model's columns.
+            success: float32 (B, T), 1 = success.
+            mask: bool (B, T); steps that are not judged do not count.
+            weight: float32 (B,), of each row.
+        """
+        every = binary_cross_entropy_with_logits(
+            self.logits(observation).float(), success, reduction="none"
+        )
+        counted = mask * weight[:, None]
+        return Loss((every * counted).sum() / counted.sum().clamp_min(1e-9))
