@@ -21,7 +21,7 @@ class CameraSettings(Settings):
     """Pictures in a second, Hz."""
     field_of_view: Annotated[float, Field(ge=0.2, le=2.6)] = 1.17
     """From the left edge to the right, rad."""
-    mounting: Mounting = Mounting(translation=(0.4, 0.0, 0.25), rotation_rpy=(0.0, 0.3, 0.0))
+    mounting: Mounting = Mounting(translation=(0.45, 0.0, 0.15), rotation_rpy=(0.0, 0.45, 0.0))
     """The body in base_link, m and rad; it looks along its x, so positive pitch looks down."""
     near: Annotated[float, Field(ge=0, le=1)] = 0.08
     """Surfaces nearer than this are passed, m."""

@@ -191,7 +191,8 @@ def test_mountings_and_calibration_are_those_of_the_scenario(told: Told) -> None
     ahead = edges["base_link", "camera_optical"]
     optical = Transform.from_quaternion(np.array(ahead.translation), np.array(ahead.quaternion))
     looks = optical.rotation @ (0.0, 0.0, 1.0)
-    np.testing.assert_allclose(looks, (np.cos(0.3), 0.0, -np.sin(0.3)), atol=1e-9)
+    pitch = SCENARIO.camera.mounting.rotation_rpy[1]
+    np.testing.assert_allclose(looks, (np.cos(pitch), 0.0, -np.sin(pitch)), atol=1e-9)
 
 
 def test_pictures_and_clouds_show_something(told: Told) -> None:

@@ -110,9 +110,11 @@ def test_the_mounting_is_that_of_the_body_which_looks_along_its_x(
     plate: tuple[World, RayScene],
 ) -> None:
     mounted = Camera(*plate, lit(400.0), CameraSettings()).base_from_camera
-    assert mounted.translation == pytest.approx([0.4, 0.0, 0.25])
+    body = CameraSettings().mounting
+    pitch = body.rotation_rpy[1]
+    assert mounted.translation == pytest.approx(body.translation)
     ahead, right = mounted.rotation @ [0, 0, 1], mounted.rotation @ [1, 0, 0]
-    assert ahead == pytest.approx([np.cos(0.3), 0.0, -np.sin(0.3)])
+    assert ahead == pytest.approx([np.cos(pitch), 0.0, -np.sin(pitch)])
     assert right == pytest.approx([0.0, -1.0, 0.0])
 
 
