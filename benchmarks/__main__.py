@@ -8,10 +8,10 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import bench_loading, bench_pipeline, bench_smoothness
+from benchmarks import bench_loading, bench_pipeline, bench_simulation, bench_smoothness
 from benchmarks.measurement import Measurement, render_json, render_table
 
-BENCHMARKS = (bench_smoothness, bench_pipeline, bench_loading)
+BENCHMARKS = (bench_smoothness, bench_simulation, bench_pipeline, bench_loading)
 
 
 def main() -> int:

@@ -81,7 +81,7 @@ class Camera:
     def _look(self, base_pose: Transform) -> tuple[Rows, Rows]:
         """Radiance (H, W, 3) through the lens, and 1 / Z (H, W) in 1/m."""
         settings, pose = self._settings, base_pose @ self.base_from_camera
-        directions = self._rays @ pose.rotation.T.astype(np.float32)
+        directions = np.einsum("nk,jk->nj", self._rays, pose.rotation.astype(np.float32))
         origin = pose.translation.astype(np.float32)
         seen = self._view.look(origin, directions, settings.near, 1.0 / self.intrinsics.fx)
         picture = seen.radiance.reshape(settings.height, settings.width, 3)

@@ -69,7 +69,7 @@ class Shading:
         return shade
 
     def _sunlight(self, points: Rows, hits: Hits) -> Rows:
-        cosine = hits.normal @ self._sun
+        cosine = np.einsum("nk,k->n", hits.normal, self._sun)
         strength = np.maximum(cosine, -cosine * self._through[hits.material])
         asked = np.flatnonzero((strength > 0) & (hits.distance < SHADOWS_TO))
         side = np.copysign(np.float32(LIFT), cosine[asked])[:, None] * hits.normal[asked]

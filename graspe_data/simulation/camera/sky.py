@@ -76,7 +76,8 @@ def _glow(directions: NDArray[np.float32], light: Light) -> NDArray[np.float32]:
     """The sun's disc and the glow about it."""
     if light.sun_lux <= 0:
         return np.zeros(len(directions), np.float32)
-    near = np.maximum(directions @ light.sun_direction.astype(np.float32), 0.0)
+    towards_sun = light.sun_direction.astype(np.float32)
+    near = np.maximum(np.einsum("nk,k->n", directions, towards_sun), 0.0)
     above = directions[:, 2] > 0
     shine = (0.15 * near**64 + 8.0 * near**2048) * above
     return np.asarray(shine * np.float32(light.sun_lux / np.pi), np.float32)
