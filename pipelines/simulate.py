@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import fcntl
+import glob
+import os
 import shutil
 import time
-from collections.abc import Sequence
+import uuid
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from graspe_data.atomic_file import PARTIAL_SUFFIX
-from graspe_data.errors import RecordingError, StageError
+from graspe_data.errors import GraspeError, RecordingError, StageError
 from graspe_data.recordings.writing import Compression, Container
 from graspe_data.robot import Robot
 from graspe_data.simulation.recorded_truth import (
@@ -96,19 +101,63 @@ def simulate(
 def _simulate_one(out: Path, threads: int, replace: bool, simulation: Simulation) -> Simulated:
     target, begun = out / simulation.name, time.monotonic()
     if target.exists():
-        if _is_same(simulation, target):
-            return Simulated(target, simulation.seed, _counts(target), None)
+        kept = _kept(simulation, target, replace)
+        if kept is not None:
+            return kept
         _make_way(target, replace)
-    partial_folder = out / f".{target.name}{PARTIAL_SUFFIX}"
-    shutil.rmtree(partial_folder, ignore_errors=True)
-    partial_folder.mkdir()
-    try:
-        _record(simulation, partial_folder / target.name, threads)
-        truth_path(partial_folder / target.name).replace(truth_path(target))
-        (partial_folder / target.name).rename(target)
-    finally:
-        shutil.rmtree(partial_folder, ignore_errors=True)
+    with _own_folder(target) as folder:
+        _record(simulation, folder / target.name, threads)
+        _commit(folder / target.name, target)
     return Simulated(target, simulation.seed, _counts(target), time.monotonic() - begun)
+
+
+def _kept(simulation: Simulation, target: Path, replace: bool) -> Simulated | None:
+    """The recording that is there, where it is this one; a damaged one is none if replaced."""
+    try:
+        same = _is_same(simulation, target)
+        return Simulated(target, simulation.seed, _counts(target), None) if same else None
+    except GraspeError:
+        if replace:
+            return None
+        raise
+
+
+@contextmanager
+def _own_folder(target: Path) -> Iterator[Path]:
+    """A hidden folder that no other process writes to; those of killed processes go."""
+    for left in target.parent.glob(f".{glob.escape(target.name)}.*{PARTIAL_SUFFIX}"):
+        with suppress(OSError), _locked(left):
+            shutil.rmtree(left)
+    folder = target.parent / f".{target.name}.{uuid.uuid4().hex[:8]}{PARTIAL_SUFFIX}"
+    folder.mkdir()
+    try:
+        with _locked(folder):
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold a folder; the lock ends with the process, however it ends."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _commit(made: Path, target: Path) -> None:
+    """Move a recording to its place; another process may have made the same one meanwhile."""
+    if target.exists():
+        return
+    truth_path(made).replace(truth_path(target))
+    try:
+        made.rename(target)
+    except OSError:
+        if not target.exists():
+            raise
 
 
 def _record(simulation: Simulation, path: Path, threads: int) -> None:
@@ -124,7 +173,14 @@ def _record(simulation: Simulation, path: Path, threads: int) -> None:
 
 
 def _is_same(simulation: Simulation, target: Path) -> bool:
-    return read_scenario_text(target) == scenario_text(simulation.scenario, simulation.seed)
+    told = scenario_text(simulation.scenario, simulation.robot, simulation.seed)
+    return _container_of(target) == simulation.container and read_scenario_text(target) == told
+
+
+def _container_of(target: Path) -> Container:
+    if target.is_file():
+        return "bag"
+    return "mcap" if any(".mcap" in path.name for path in target.iterdir()) else "db3"
 
 
 def _make_way(target: Path, replace: bool) -> None:

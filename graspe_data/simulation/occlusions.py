@@ -17,7 +17,7 @@ SHORTEST_S = 0.1
 Pause = Annotated[float, Field(ge=0, le=36_000)]
 Spell = Annotated[float, Field(ge=SHORTEST_S, le=36_000)]
 Share = Annotated[float, Field(ge=0, le=1)]
-Angle = Annotated[float, Field(gt=0, le=2 * np.pi)]
+Angle = Annotated[float, Field(ge=1e-3, le=2 * np.pi)]
 
 
 class _Occlusion(Settings):

@@ -78,9 +78,11 @@ def read_truth(recording: Path) -> RecordedTruth:
     return RecordedTruth(failures, stamps, success.reshape(len(stamps), -1), step_s)
 
 
-def scenario_text(scenario: Settings, seed: int) -> str:
-    """The message that says which scenario and seed a recording is of."""
-    return json.dumps({"scenario": scenario.model_dump(mode="json"), "seed": seed})
+def scenario_text(scenario: Settings, robot: Settings, seed: int) -> str:
+    """The message that says which scenario, robot and seed a recording is of."""
+    parts = {"scenario": scenario, "robot": robot}
+    told = {name: part.model_dump(mode="json") for name, part in parts.items()}
+    return json.dumps(told | {"seed": seed})
 
 
 def read_scenario_text(recording: Path) -> str | None:

@@ -86,7 +86,8 @@ def record_drive(
     text = Messages(simulated.robot).text
     jitter = part_generator(scenario, simulated.seed, "jitter")
     with RecordingWriter(path, container, compression) as writer:
-        writer.write(SCENARIO_TOPIC, text(scenario_text(scenario, simulated.seed)), START_NS)
+        told = scenario_text(scenario, simulated.robot, simulated.seed)
+        writer.write(SCENARIO_TOPIC, text(told), START_NS)
         for message in MessageStream(simulated):
             late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
             writer.write(message.topic, message.content, message.stamp_ns + late)

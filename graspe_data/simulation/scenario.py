@@ -18,7 +18,10 @@ from graspe_data.simulation.motion.planner_settings import PlannerSettings
 from graspe_data.simulation.occlusions import Occlusion
 from graspe_data.simulation.world.settings import WorldSettings
 
-Rate = Annotated[float, Field(gt=0, le=1 / STEP_S)]
+Rate = Annotated[float, Field(ge=0.01, le=1 / STEP_S)]
+
+FARTHEST_MOUNT = 10.0
+"""Metres along an axis of base_link."""
 
 
 class Rates(Settings):
@@ -60,6 +63,26 @@ class Scenario(Settings):
                 raise ValueError(
                     f"{name}: {rate:g} Hz does not fit the simulation's step of {STEP_S:g} s; "
                     f"expected {1 / STEP_S:g} Hz divided by a whole number, such as 5, 10 or 20"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _sees_a_cloud(self) -> Self:
+        if 1 / self.lidar.rate > self.duration_s + STEP_S / 2:
+            raise ValueError(
+                f"lidar.rate: {self.lidar.rate:g} Hz may give no cloud in {self.duration_s:g} s: "
+                f"raise it to {1 / self.duration_s:g} Hz, or duration_s"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _mounted_on_the_robot(self) -> Self:
+        for name, sensor in (("camera", self.camera), ("lidar", self.lidar)):
+            place = sensor.mounting.translation
+            if any(abs(axis) > FARTHEST_MOUNT for axis in place):
+                raise ValueError(
+                    f"{name}.mounting.translation: {list(place)} is more than "
+                    f"{FARTHEST_MOUNT:g} m from base_link"
                 )
         return self
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graspe_data.errors import ManifestError
 from graspe_data.robot import Robot
 from graspe_data.simulation.camera.camera import Camera
 from graspe_data.simulation.camera.light import draw_light
@@ -14,6 +15,7 @@ from graspe_data.simulation.lidar.lidar import Lidar
 from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.drivers import Driver
+from graspe_data.simulation.motion.footprint import clearance
 from graspe_data.simulation.motion.random_planner import RandomPlanner
 from graspe_data.simulation.occlusions import Covers, draw_covers
 from graspe_data.simulation.ray_scene import RayScene
@@ -52,6 +54,7 @@ def simulate_drive(
         ManifestError: The world cannot be built as the scenario asks.
     """
     world = build_world(scenario.world, seed)
+    _check_birth(world, robot)
     if driver is None:
         drawn = part_generator(scenario, seed, "planner")
         driver = RandomPlanner(world, robot, scenario.planner, drawn)
@@ -69,6 +72,21 @@ def simulate_drive(
         camera=Camera(world, scene, light, scenario.camera),
         lidar=Lidar(world, scene, scenario.lidar),
         covers=draw_covers(scenario.occlusions, scenario.duration_s, drawn),
+    )
+
+
+def _check_birth(world: World, robot: Robot) -> None:
+    """Refuse a robot whose footprint at the start is in what stops or entangles it."""
+    solid = world.obstacles.having("stops", "entangles")
+    gaps = clearance(robot.footprint, np.array([world.start]), solid)[0]
+    if gaps.min(initial=np.inf) >= 0:
+        return
+    worst = int(gaps.argmin())
+    x, y = solid.start[worst]
+    raise ManifestError(
+        f"world.start: the {robot.footprint.length:g} m by {robot.footprint.width:g} m of the "
+        f"robot {robot.name!r} would be born {-gaps[worst]:.2f} m deep in the "
+        f"{solid.material[worst]} at ({x:g}, {y:g}): raise start_clearance, or move one of them."
     )
 
 

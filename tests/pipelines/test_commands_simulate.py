@@ -87,7 +87,7 @@ def test_what_is_there_stays_and_what_was_cut_off_is_made_again(
     out = tmp_path / "out"
     simulate(scenario, out)
     kept, since = out / "yard-0.bag", (out / "yard-0.bag").stat().st_mtime_ns
-    cut_off = out / ".yard-1.bag.partial"
+    cut_off = out / ".yard-1.bag.0a1b2c3d.partial"
     cut_off.mkdir()
     (cut_off / "yard-1.bag").write_bytes(b"half")
     said = simulate(scenario, out, "--recordings", 2)

@@ -17,7 +17,7 @@ class CameraSettings(Settings):
     """Pixels."""
     height: Annotated[int, Field(ge=16, le=4096)] = 240
     """Pixels."""
-    rate: Annotated[float, Field(gt=0, le=100)] = 5.0
+    rate: Annotated[float, Field(ge=0.01, le=100)] = 5.0
     """Pictures in a second, Hz."""
     field_of_view: Annotated[float, Field(ge=0.2, le=2.6)] = 1.17
     """From the left edge to the right, rad."""

@@ -18,7 +18,7 @@ class LidarSettings(Settings):
 
     model: Literal["VLP-16"] = "VLP-16"
     """16 rings at -15 to 15 degrees, one laser every 2.304 us, all of them every 55.296 us."""
-    rate: Annotated[float, Field(gt=0, le=20)] = 5.0
+    rate: Annotated[float, Field(ge=0.01, le=20)] = 5.0
     """Clouds published in a second, Hz; the rotation rate or a whole fraction of it."""
     rotation_rate: Annotated[float, Field(ge=5, le=20)] = 10.0
     """Turns in a second, Hz."""

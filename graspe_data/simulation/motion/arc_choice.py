@@ -69,7 +69,7 @@ class ArcChoice:
         angles = self._generator.uniform(0.4, np.pi, self._settings.tries)
         signs = self._generator.choice((-1.0, 1.0), len(angles))
         angles = np.sort(angles) * (np.sign(way) if way else signs)
-        rate = self.uniform(self._settings.turn_rate)
+        rate = self.turn_rate()
         ahead = np.tile((self._settings.speed[0], 0.0), (len(angles), 1))
         turned = pose + np.outer(angles, (0.0, 0.0, 1.0))
         good = self._gets_through(turned, ahead, self._settings.outlook_s)
@@ -77,6 +77,11 @@ class ArcChoice:
         good &= self._turns(pose, np.sign(angles) * rate, np.abs(angles) / rate)
         angle = float(angles[int(np.argmax(good))])
         return Leg(abs(angle) / rate, 0.0, float(np.copysign(rate, angle)))
+
+    def turn_rate(self) -> float:
+        """A rate of turns on the spot, rad/s, within the robot's limits."""
+        drawn, (low, high) = self.uniform(self._settings.turn_rate), self._limits.yaw_rate
+        return min(drawn, max(-low, high)) if max(-low, high) > 0 else drawn
 
     def uniform(self, limits: tuple[float, float]) -> float:
         """A number between two limits."""

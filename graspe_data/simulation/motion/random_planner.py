@@ -119,7 +119,7 @@ class RandomPlanner:
 
     def _oscillate(self) -> Leg:
         """To and fro on the spot."""
-        rate = self._choice.uniform(self._settings.turn_rate)
+        rate = self._choice.turn_rate()
         legs = [Leg(REVERSAL_S, 0.0, rate * (-1) ** turn) for turn in range(REVERSALS + 1)]
         self._legs.extend(legs[1:])
         return legs[0]

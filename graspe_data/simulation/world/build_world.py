@@ -66,7 +66,7 @@ def _check_triangles(settings: WorldSettings, plans: list[Plan], ground: int) ->
     largest = int(np.argmax([ground, *counts])) - 1
     name = "ground" if largest < 0 else f"features.{largest}.{settings.features[largest].kind}"
     raise ManifestError(
-        f"{name}: this world would have {ground + sum(counts)} triangles, {max(ground, *counts)} "
+        f"{name}: this world would have {ground + sum(counts)} triangles, {max([ground, *counts])} "
         f"of them here, expected at most {MOST_TRIANGLES}: lower the density, the number or the "
         "size of things, or the arena."
     )

@@ -80,10 +80,11 @@ def _waves(x: Floats, y: Floats, wavelength: float, generator: np.random.Generat
     heading = generator.uniform(0, 2 * math.pi, WAVES)
     phase = generator.uniform(0, 2 * math.pi, WAVES)
     number = 2 * math.pi / length
-    # cos(a + b + c) summed over the waves is one product of matrices, Re(e^ib e^ic . e^ia).
+    # cos(a + b + c) summed over the waves is one product of matrices, Re(e^ib e^ic . e^ia);
+    # einsum sums in one order on every processor.
     along_x = np.exp(1j * np.outer(number * np.cos(heading), x))
     along_y = np.exp(1j * (np.outer(number * np.sin(heading), y) + phase[:, None]))
-    summed: Floats = ((length[:, None] * along_y).T @ along_x).real
+    summed: Floats = np.einsum("kr,kc->rc", length[:, None] * along_y, along_x).real
     return summed
 
 

@@ -10,7 +10,7 @@ from graspe_data.manifest import Settings
 from graspe_data.simulation.world.feature import Feature, LineFeature, Region, RoundFeature
 from graspe_data.simulation.world.ground import GroundSettings
 from graspe_data.simulation.world.kinds.any_kind import AnyKind
-from graspe_data.simulation.world.materials import Effect, MaterialName
+from graspe_data.simulation.world.materials import MATERIALS, Effect, MaterialName
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Side = Annotated[float, Field(ge=4, le=200)]
@@ -41,10 +41,6 @@ class MaterialChange(Settings):
         needs = self.effect in ("slows", "stumbles", "entangles")
         if needs and self.strength is None:
             raise ValueError(f"an effect changed to {self.effect!r} needs a strength")
-        if self.effect == "slows" and self.strength is not None and self.strength > 1:
-            raise ValueError(
-                f"strength of 'slows' is a share of the speed, at most 1; found {self.strength:g}"
-            )
         return self
 
 
@@ -72,6 +68,17 @@ class WorldSettings(Settings):
     def arena(self) -> Region:
         """Lowest x, lowest y, highest x, highest y in metres."""
         return (-self.length / 2, -self.width / 2, self.length / 2, self.width / 2)
+
+    @model_validator(mode="after")
+    def _no_faster_than_free(self) -> Self:
+        for name, change in self.materials.items():
+            slows = (change.effect or MATERIALS[name].effect) == "slows"
+            if slows and change.strength is not None and change.strength > 1:
+                raise ValueError(
+                    f"materials.{name}.strength: of what slows it is a share of the speed, at most "
+                    f"1; found {change.strength:g}"
+                )
+        return self
 
     @model_validator(mode="after")
     def _inside(self) -> Self:

@@ -224,4 +224,4 @@ def test_the_truth_is_told_and_lies_beside(told: Told, spot: Robot) -> None:
     beside = read_annotation(truth_path(told.path), recording_digest(told.path))
     assert tuple(beside.event(interval) for interval in beside.intervals) == truth.events
     assert not annotation_path(told.path).exists()
-    assert read_scenario_text(told.path) == scenario_text(SCENARIO, 3)
+    assert read_scenario_text(told.path) == scenario_text(SCENARIO, spot, 3)
