@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -12,10 +12,26 @@ from torch.utils.data import DataLoader, Sampler
 from torch.utils.data import Dataset as TorchDataset
 
 from graspe_data.errors import ShardError
-from graspe_data.shards import Dataset, EpochOrder
+from graspe_data.shards import EpochOrder
 from graspe_data.shards.epoch_order import Step, Tail
 
 Batch = dict[str, torch.Tensor]
+Transform = Callable[[Batch, int], Batch]
+"""Changes a batch; the number differs for every batch of every rank and is the same in any run."""
+
+
+class RowSource(Protocol):
+    """Rows by index, such as a :class:`graspe_data.shards.Dataset`."""
+
+    @property
+    def digest(self) -> str:
+        """Names the rows and their order."""
+
+    def __len__(self) -> int:
+        """How many there are."""
+
+    def batch(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.generic]]:
+        """Rows by index, each column as one array (rows, *shape)."""
 
 
 class BatchLoader:
@@ -32,7 +48,7 @@ class BatchLoader:
 
     def __init__(
         self,
-        dataset: Dataset,
+        dataset: RowSource,
         batch_size: int,
         *,
         seed: int = 0,
@@ -41,6 +57,7 @@ class BatchLoader:
         tail: Tail = "keep",
         workers: int = 0,
         pin_memory: bool | None = None,
+        transform: Transform | None = None,
     ) -> None:
         """Prepare to load, from the beginning of epoch 0.
 
@@ -54,6 +71,7 @@ class BatchLoader:
                 DistributedDataParallel take ``drop`` or ``pad``.
             workers: Processes that read ahead; 0 reads in this one, at memory speed.
             pin_memory: Page-locked batches; None takes them where there is a CUDA device.
+            transform: Done to each batch, where it is read: in the workers if there are some.
 
         Raises:
             ShardError: A rank, batch size or empty split that makes no sense.
@@ -64,12 +82,11 @@ class BatchLoader:
         )
         self._steps = _Steps(self.order)
         self._loader = DataLoader(
-            _Gather(dataset),
+            _Gather(dataset, transform, rank),
             batch_size=None,
             sampler=self._steps,
             num_workers=workers,
             persistent_workers=workers > 0,
-            collate_fn=_to_tensors,
             pin_memory=torch.cuda.is_available() if pin_memory is None else pin_memory,
         )
 
@@ -113,18 +130,24 @@ class BatchLoader:
         self._steps.position = state
 
 
-class _Gather(TorchDataset[dict[str, NDArray[np.generic]]]):
-    """A dataset whose items are batches."""
+class _Gather(TorchDataset[Batch]):
+    """A dataset whose items are the batches of steps."""
 
-    def __init__(self, dataset: Dataset) -> None:
+    def __init__(self, dataset: RowSource, transform: Transform | None, rank: int) -> None:
         self._dataset = dataset
+        self._transform = transform
+        self._rank = rank
 
-    def __getitem__(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.generic]]:
-        return self._dataset.batch(indices)
+    def __getitem__(self, step: Step) -> Batch:
+        arrays = self._dataset.batch(step.indices)
+        batch = {name: torch.from_numpy(array) for name, array in arrays.items()}
+        if self._transform is None:
+            return batch
+        return self._transform(batch, step.next_position - self._rank)
 
 
-class _Steps(Sampler[NDArray[np.int64]]):
-    """The position in an order, and the rows of the batches from there on.
+class _Steps(Sampler[Step]):
+    """The position in an order, and the steps from there on.
 
     It knows nothing of the loader: in a reference cycle, a loader that is dropped would keep its
     workers until the garbage collector comes, and then wait for them.
@@ -137,9 +160,5 @@ class _Steps(Sampler[NDArray[np.int64]]):
     def remaining(self) -> Iterator[Step]:
         return self._order.epoch_steps(self.position)
 
-    def __iter__(self) -> Iterator[NDArray[np.int64]]:
-        return (step.indices for step in self.remaining())
-
-
-def _to_tensors(batch: Any) -> Batch:
-    return {name: torch.from_numpy(array) for name, array in batch.items()}
+    def __iter__(self) -> Iterator[Step]:
+        return self.remaining()

@@ -9,7 +9,8 @@ from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import binary_cross_entropy_with_logits
+
+from model_zoo.masked_cross_entropy import masked_cross_entropy
 
 Observation = Mapping[str, Tensor]
 """Columns of B rows as they lie in a dataset, by name; see the README's table of columns."""
@@ -42,6 +43,9 @@ class SuccessModel(nn.Module, ABC):
         """Probabilities of success, (B, T), 1 = success."""
         return torch.sigmoid(self.logits(observation))
 
+    def begin_training(self, batches: int) -> None:
+        """Told before the first step how many batches an epoch has; by default of no interest."""
+
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """What training minimises: by default the cross-entropy of the judged steps.
 
@@ -51,8 +55,4 @@ class SuccessModel(nn.Module, ABC):
             mask: bool (B, T); steps that are not judged do not count.
             weight: float32 (B,), of each row.
         """
-        every = binary_cross_entropy_with_logits(
-            self.logits(observation).float(), success, reduction="none"
-        )
-        counted = mask * weight[:, None]
-        return Loss((every * counted).sum() / counted.sum().clamp_min(1e-9))
+        return Loss(masked_cross_entropy(self.logits(observation), success, mask, weight))

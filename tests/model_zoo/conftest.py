@@ -5,11 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from numpy.typing import NDArray
 
 from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_thread() -> None:
+    """Tests run beside each other: more threads than cores would only wait."""
+    torch.set_num_threads(1)
 
 
 @pytest.fixture

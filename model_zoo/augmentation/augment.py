@@ -1,0 +1,85 @@
+"""Augmentation of training batches, and the columns that it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from torch import Tensor
+
+from graspe_data.errors import ZooError
+from model_zoo.augmentation.draw import draw_lidar_failure, draw_picture_failure
+from model_zoo.augmentation.failing_rows import (
+    OF_IMAGE,
+    OF_POINTS,
+    PER_POINT,
+    RowFailure,
+    fail_rows,
+)
+from model_zoo.augmentation.mirror import mirror
+from model_zoo.augmentation.settings import AugmentationSettings
+
+_SEEN = ("image", "trajectory_image", "laser_scan", "velocity_history", "point_count")
+_VALID = ("image_valid", "points_valid", "odometry_valid")
+_KNOWN = (*_SEEN, *PER_POINT, *OF_IMAGE, *OF_POINTS, *_VALID)
+
+
+def augment(
+    batch: dict[str, Tensor], settings: AugmentationSettings, seed: int, step: int
+) -> dict[str, Tensor]:
+    """Mirror rows of a batch and let sensors fail, by chance.
+
+    What happens is a function of seed, step and the row's place in the batch, whichever columns
+    there are: ranks that share a step need seeds of their own. Only columns that are in the batch
+    are changed. After a failure the reliabilities are computed as the dataset's were: those of the
+    picture from ``image``, those of the cloud from the ``smoothness`` of the points that are left;
+    without these columns they stay as they are.
+
+    Args:
+        batch: Columns of B rows as they lie in a dataset, on the CPU; not changed.
+        settings: How often and how badly.
+        seed: Of the run, 0 or more.
+        step: Of the run, 0 or more.
+    """
+    number = len(next(iter(batch.values()), ()))
+    mirrored = np.random.default_rng([seed, step, 0, 1]).random(number) < settings.mirror
+    failures = [_draw(settings, (seed, step, row + 1)) for row in range(number)]
+    return mirror(fail_rows(batch, failures, settings), mirrored)
+
+
+def columns_needed(
+    model_columns: Collection[str], offered: Collection[str] | None = None
+) -> tuple[str, ...]:
+    """The columns to load so that a model's batches can be augmented: its own first.
+
+    Reliabilities are computed from ``image``, and from ``points`` and ``smoothness``; points are
+    counted by ``point_count``.
+
+    Args:
+        model_columns: What the model reads.
+        offered: What the dataset has: of the columns that are added here, those it lacks are left
+            out. ``smoothness`` is one that a dataset may lack; then r_point stays as it is.
+
+    Raises:
+        ZooError: The model reads a column of which it is not known how it looks in a mirror.
+    """
+    if unknown := sorted(set(model_columns) - set(_KNOWN)):
+        raise ZooError(
+            f"augmentation: it is not known how {', '.join(unknown)} looks in a mirror or when a "
+            f"sensor fails; known are {', '.join(sorted(_KNOWN))}. Train without augmentation."
+        )
+    added: list[str] = []
+    if not set(OF_IMAGE).isdisjoint(model_columns):
+        added += ["image"]
+    if not set(OF_POINTS).isdisjoint(model_columns):
+        added += ["points", "point_count", "smoothness"]
+    if not set(PER_POINT).isdisjoint(model_columns):
+        added += ["points", "point_count"]
+    kept = [name for name in added if offered is None or name in offered]
+    return tuple(dict.fromkeys((*model_columns, *kept)))
+
+
+def _draw(settings: AugmentationSettings, key: tuple[int, int, int]) -> RowFailure:
+    generator = np.random.default_rng([*key, 1])
+    picture = draw_picture_failure(settings, generator)
+    return RowFailure(key, picture, draw_lidar_failure(settings, generator))

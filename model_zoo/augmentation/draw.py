@@ -1,0 +1,47 @@
+"""Which sensors of a row fail, and how badly, by chance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from model_zoo.augmentation.lidar_failure import LidarFailure
+from model_zoo.augmentation.picture_failure import PictureFailure
+from model_zoo.augmentation.settings import AugmentationSettings
+
+
+def draw_picture_failure(
+    settings: AugmentationSettings, generator: np.random.Generator
+) -> PictureFailure:
+    """Draw what happens to a camera; always as many random numbers."""
+    dark, cover = settings.darkness, settings.cover
+    low, high = np.log(dark.light)
+    light = math.exp(_strength(dark.probability, (low, high), 0.0, generator))
+    length = _strength(settings.blur.probability, settings.blur.length, 0.0, generator)
+    share = _strength(cover.probability, cover.share, 0.0, generator)
+    angle, whole = generator.random(2)
+    covered = 1.0 if share > 0 and whole < cover.wholly else share
+    return PictureFailure(light, length, angle * math.pi, covered)
+
+
+def draw_lidar_failure(
+    settings: AugmentationSettings, generator: np.random.Generator
+) -> LidarFailure:
+    """Draw what happens to a lidar; always as many random numbers."""
+    sector, half_angle = settings.sector_loss, settings.laser_scan.half_angle
+    width = _strength(sector.probability, sector.width, 0.0, generator)
+    thinned = _strength(settings.thinning.probability, settings.thinning.share, 0.0, generator)
+    scattered = _strength(settings.scatter.probability, settings.scatter.share, 0.0, generator)
+    middle, whole = generator.random(2)
+    wide = 2 * math.pi if width > 0 and whole < sector.wholly else width
+    return LidarFailure((2 * middle - 1) * half_angle, wide, thinned, scattered)
+
+
+def _strength(
+    probability: float, span: tuple[float, float], otherwise: float, generator: np.random.Generator
+) -> float:
+    """A strength drawn evenly from a span, or what means none."""
+    happens, place = generator.random(2)
+    low, high = span
+    return float(low + place * (high - low)) if happens < probability else otherwise

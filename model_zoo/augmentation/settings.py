@@ -1,0 +1,124 @@
+"""How often which sensor fails in training, and how badly."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from graspe_data.manifest import Settings
+from graspe_data.observation.image_reliability import ImageReliabilitySettings
+from graspe_data.observation.laser_scan import LaserScanSettings
+from graspe_data.observation.point_reliability import PointReliabilitySettings
+
+
+def _ordered(span: tuple[float, float]) -> tuple[float, float]:
+    low, high = span
+    if low > high:
+        raise ValueError(f"the lower end {low:g} is above the upper end {high:g}")
+    return span
+
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Shares = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
+Light = Annotated[float, Field(gt=0, le=1)]
+Lights = Annotated[tuple[Light, Light], AfterValidator(_ordered)]
+Length = Annotated[float, Field(ge=0, le=200)]
+Lengths = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
+Angle = Annotated[float, Field(ge=0, le=2 * math.pi)]
+Angles = Annotated[tuple[Angle, Angle], AfterValidator(_ordered)]
+
+
+class DarknessSettings(Settings):
+    """Too little light for the camera."""
+
+    probability: Share = 0.1
+    """Of a row's picture being dark."""
+    light: Lights = (0.002, 0.2)
+    """Light left, of what would be well exposed without amplification; drawn log-uniformly."""
+
+
+class BlurSettings(Settings):
+    """The camera moves while it exposes."""
+
+    probability: Share = 0.1
+    """Of a row's picture being blurred."""
+    length: Lengths = (3.0, 25.0)
+    """Pixels of the stored picture that everything moves, in any direction."""
+
+
+class CoverSettings(Settings):
+    """Leaves or dirt on the lens."""
+
+    probability: Share = 0.1
+    """Of a row's picture being covered."""
+    share: Shares = (0.2, 0.95)
+    """Of the picture that is covered."""
+    wholly: Share = 0.2
+    """Of the covered pictures, those of which nothing is left."""
+
+
+class SectorLossSettings(Settings):
+    """Something near the lidar hides a sector: no returns from there, in points and scan."""
+
+    probability: Share = 0.1
+    """Of a row losing a sector."""
+    width: Angles = (0.3, 2.0)
+    """Of the sector, rad; its middle lies anywhere in the scan."""
+    wholly: Share = 0.1
+    """Of the rows that lose a sector, those that lose all returns."""
+
+
+class ThinningSettings(Settings):
+    """Returns too weak to be seen: wet or dark surfaces, a dirty window."""
+
+    probability: Share = 0.05
+    """Of a row losing returns here and there."""
+    share: Shares = (0.1, 0.7)
+    """Of the returns that are lost."""
+
+
+class ScatterSettings(Settings):
+    """Returns from dust, rain or leaves on the way."""
+
+    probability: Share = 0.05
+    """Of a row with scattered returns."""
+    share: Shares = (0.02, 0.3)
+    """Of the returns that come from nearer than they should."""
+
+
+class SensorSettings(Settings):
+    """The camera that takes the degraded picture."""
+
+    gain_limit: Annotated[float, Field(ge=1, le=256)] = 8.0
+    """Highest amplification of the automatic exposure."""
+    full_well: Annotated[float, Field(ge=100, le=1e6)] = 10_000.0
+    """Electrons that are white without amplification."""
+    read_noise: Annotated[float, Field(ge=0, le=1000)] = 2.5
+    """Standard deviation of reading a pixel, electrons."""
+    denoising: Annotated[float, Field(ge=0, le=2)] = 0.4
+    """Standard deviation of the smoothing for each doubling of the amplification, pixels."""
+
+
+class AugmentationSettings(Settings):
+    """All of the augmentation; a probability of 0 switches its part off.
+
+    Mirroring, the failures of the picture and those of the lidar are drawn independently.
+    """
+
+    mirror: Share = 0.5
+    """Probability of a row being mirrored, all its modalities."""
+    darkness: DarknessSettings = DarknessSettings()
+    blur: BlurSettings = BlurSettings()
+    cover: CoverSettings = CoverSettings()
+    sector_loss: SectorLossSettings = SectorLossSettings()
+    thinning: ThinningSettings = ThinningSettings()
+    scatter: ScatterSettings = ScatterSettings()
+    sensor: SensorSettings = SensorSettings()
+    laser_scan: LaserScanSettings = LaserScanSettings()
+    """As the dataset's: the angle that the scan covers and its least range count here."""
+    image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
+    """As the dataset's: r_img of degraded pictures is computed with it."""
+    point_reliability: PointReliabilitySettings = PointReliabilitySettings()
+    """As the dataset's: r_point of degraded clouds is computed with it."""

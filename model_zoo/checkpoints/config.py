@@ -1,0 +1,85 @@
+"""``config.json`` of a checkpoint: which model it is, and what it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field, JsonValue
+
+from graspe_data.columns import Column
+from graspe_data.errors import ZooError
+from graspe_data.manifest import Settings
+from graspe_data.shards.dataset_manifest import Sha256
+
+
+class InputColumn(Settings):
+    """A column that the model reads: dtype and shape of one decoded row."""
+
+    name: str
+    dtype: str
+    shape: tuple[int, ...]
+
+
+class CheckpointConfig(Settings):
+    """What is needed to make the model again.
+
+    Attributes:
+        format: Version of the checkpoint's layout.
+        model: Its name in the registry.
+        preset: The preset that it began from.
+        numbers: All its settings, resolved.
+        horizon: Steps predicted, T.
+        columns: What it reads.
+        parameters: Trained and frozen numbers together.
+        dataset_digest: Of the dataset it was trained on.
+    """
+
+    format: Literal["graspe-checkpoint-1"] = "graspe-checkpoint-1"
+    model: str
+    preset: str
+    numbers: Mapping[str, JsonValue]
+    horizon: Annotated[int, Field(ge=1)]
+    columns: tuple[InputColumn, ...]
+    parameters: Annotated[int, Field(ge=0)]
+    dataset_digest: Sha256
+
+    def check_columns(self, columns: Sequence[Column], where: str) -> None:
+        """Refuse data that the model was not made for.
+
+        Args:
+            columns: As a dataset declares them.
+            where: The dataset, for the error's text.
+
+        Raises:
+            ZooError: A column is missing, or has another dtype or shape.
+        """
+        found = {column.name: column for column in columns}
+        for wanted in self.columns:
+            have = found.get(wanted.name)
+            if have is None:
+                raise ZooError(f"{where}: no column {wanted.name!r}, which {self.model} reads.")
+            if (have.dtype, have.shape) != (wanted.dtype, wanted.shape):
+                raise ZooError(
+                    f"{where}: column {wanted.name}: the checkpoint of {self.model} expects "
+                    f"{wanted.dtype} {wanted.shape}, found {have.dtype} {have.shape}. Build the "
+                    "dataset with the settings it was trained with, or train anew."
+                )
+
+
+def input_columns(
+    names: Sequence[str], columns: Sequence[Column], where: str
+) -> tuple[InputColumn, ...]:
+    """The declarations of the columns that a model reads.
+
+    Raises:
+        ZooError: One is not declared.
+    """
+    declared = {column.name: column for column in columns}
+    missing = [name for name in names if name not in declared]
+    if missing:
+        raise ZooError(f"{where}: the model reads {', '.join(missing)}, which is not declared.")
+    return tuple(
+        InputColumn(name=name, dtype=declared[name].dtype, shape=declared[name].shape)
+        for name in names
+    )

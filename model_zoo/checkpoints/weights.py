@@ -1,0 +1,111 @@
+"""Weights of a checkpoint, compared with the model before memory is taken for either."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import load_file
+from torch.overrides import TorchFunctionMode
+
+from graspe_data.errors import ZooError
+from model_zoo.contract import SuccessModel
+
+_DTYPES = {
+    torch.float64: "F64",
+    torch.float32: "F32",
+    torch.float16: "F16",
+    torch.bfloat16: "BF16",
+    torch.int64: "I64",
+    torch.int32: "I32",
+    torch.int16: "I16",
+    torch.int8: "I8",
+    torch.uint8: "U8",
+    torch.bool: "BOOL",
+}
+
+_Layout = dict[str, tuple[str, tuple[int, ...]]]
+
+
+def load_weights(file: Path, make: Callable[[], SuccessModel]) -> SuccessModel:
+    """Make a model and fill it from a safetensors file.
+
+    The model is first made without memory for its weights, whatever sizes its settings ask for.
+
+    Args:
+        file: The weights.
+        make: Makes the model.
+
+    Raises:
+        ZooError: The file is damaged, or a weight is missing, unknown, or of another shape or
+            dtype.
+    """
+    stored = _stored_layout(file)
+    with _WithoutMemory():
+        expected = _layout(make())
+    _compare(file, expected, stored)
+    model = make()
+    model.load_state_dict(load_file(file))
+    return model
+
+
+class _WithoutMemory(TorchFunctionMode):
+    """Puts tensors that are made to be filled, as weights are, on the ``meta`` device.
+
+    Tensors that are computed, as tables kept in buffers are, stay real: not all of torch works on
+    that device.
+    """
+
+    def __torch_function__(
+        self,
+        func: Callable[..., Any],
+        types: Iterable[type],
+        args: tuple[Any, ...] = (),
+        kwargs: dict[str, Any] | None = None,
+    ) -> Any:
+        """Call a function of torch."""
+        device = {"device": "meta"} if func is torch.empty else {}
+        return func(*args, **{**(kwargs or {}), **device})
+
+
+def _stored_layout(file: Path) -> _Layout:
+    try:
+        with safe_open(file, framework="pt") as opened:
+            slices = {name: opened.get_slice(name) for name in opened.keys()}  # noqa: SIM118
+            return {
+                name: (part.get_dtype(), tuple(part.get_shape())) for name, part in slices.items()
+            }
+    except (SafetensorError, OSError) as error:
+        raise ZooError(f"{file}: not a file of weights: {error}.") from error
+
+
+def _layout(model: SuccessModel) -> _Layout:
+    return {
+        name: (_DTYPES[tensor.dtype], tuple(tensor.shape))
+        for name, tensor in model.state_dict().items()
+    }
+
+
+def _compare(file: Path, expected: _Layout, stored: _Layout) -> None:
+    for names, what in (
+        (expected.keys() - stored.keys(), "the model has weights that the file lacks"),
+        (stored.keys() - expected.keys(), "the file has weights that the model lacks"),
+    ):
+        if names:
+            shown = ", ".join(sorted(names)[:5])
+            raise ZooError(f"{file}: {what}: {shown} ({len(names)} in all). {_OTHER}")
+    for name, wanted in expected.items():
+        if stored[name] != wanted:
+            raise ZooError(
+                f"{file}: {name}: expected {_show(wanted)}, found {_show(stored[name])}. {_OTHER}"
+            )
+
+
+def _show(layout: tuple[str, tuple[int, ...]]) -> str:
+    return f"{layout[0]} {layout[1]}"
+
+
+_OTHER = "It belongs to another model or other settings than config.json says."

@@ -1,0 +1,110 @@
+"""Write a trained model as a checkpoint."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import safetensors.torch
+import yaml
+from pydantic import JsonValue
+from torch import Tensor
+
+from graspe_data.columns import Column
+from graspe_data.errors import ManifestError, ShardError, ZooError
+from graspe_data.manifest import validate
+from graspe_data.shards.dataset_manifest import canonical_json
+from model_zoo.checkpoints.calibration import Calibration
+from model_zoo.checkpoints.card import render_card
+from model_zoo.checkpoints.config import CheckpointConfig, input_columns
+from model_zoo.checkpoints.environment import describe_environment
+from model_zoo.checkpoints.sealed_folder import write_sealed
+from model_zoo.contract import SuccessModel
+
+
+def write_checkpoint(
+    folder: Path,
+    *,
+    model_name: str,
+    preset: str,
+    numbers: Mapping[str, Any],
+    model: SuccessModel,
+    columns: Sequence[Column],
+    recipe: Mapping[str, JsonValue],
+    dataset_digest: str,
+    metrics: Mapping[str, JsonValue],
+    calibration: Calibration | None,
+) -> Path:
+    """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
+
+    A checkpoint that stood in the folder is replaced; other files in it are left alone. The same
+    arguments in the same environment give the same bytes.
+
+    Args:
+        folder: Where; made if it is not there.
+        model_name: Its name in the registry.
+        preset: The preset it began from.
+        numbers: All its settings, resolved, as JSON has them.
+        model: With its trained weights.
+        columns: The dataset's columns; those that the model reads are kept with their shapes.
+        recipe: How it was trained, resolved.
+        dataset_digest: Of the dataset it was trained on.
+        metrics: Scores on validation rows.
+        calibration: Fitted on validation rows; None gives probabilities as they are.
+
+    Returns:
+        The folder.
+
+    Raises:
+        ZooError: A column is not declared, a weight is not finite, a number is none that JSON has,
+            or the folder cannot be written.
+    """
+    described: dict[str, Any] = {
+        "model": model_name,
+        "preset": preset,
+        "numbers": dict(numbers),
+        "horizon": model.horizon,
+        "columns": input_columns(model.columns, columns, model_name),
+        "parameters": sum(parameter.numel() for parameter in model.parameters()),
+        "dataset_digest": dataset_digest,
+    }
+    try:
+        config = validate(described, CheckpointConfig, f"checkpoint of {model_name}")
+    except ManifestError as error:
+        raise ZooError(str(error)) from error
+    environment = describe_environment()
+    files = {
+        "model.safetensors": safetensors.torch.save(_weights(model)),
+        "config.json": _json(config.model_dump(mode="json")),
+        "recipe.yaml": _yaml(recipe),
+        "environment.json": _json(environment),
+        "metrics.json": _json(metrics),
+        "calibration.json": _json({} if calibration is None else calibration.model_dump()),
+        "card.md": render_card(config, recipe, environment, metrics, calibration).encode(),
+    }
+    write_sealed(folder, files)
+    return folder
+
+
+def _weights(model: SuccessModel) -> dict[str, Tensor]:
+    """The state as separate contiguous tensors on the CPU."""
+    state = model.state_dict()
+    weights = {name: tensor.detach().cpu().contiguous().clone() for name, tensor in state.items()}
+    for name, tensor in weights.items():
+        if not tensor.isfinite().all():
+            raise ZooError(f"{name}: a weight is not finite, so the training has diverged.")
+    return weights
+
+
+def _json(content: Mapping[str, Any]) -> bytes:
+    try:
+        return (canonical_json(content) + "\n").encode()
+    except (ShardError, TypeError) as error:
+        raise ZooError(f"a checkpoint holds JSON: {error}") from error
+
+
+def _yaml(content: Mapping[str, JsonValue]) -> bytes:
+    plain = json.loads(_json(content))
+    return yaml.safe_dump(plain, sort_keys=True, allow_unicode=True).encode()

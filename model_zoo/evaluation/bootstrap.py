@@ -1,0 +1,119 @@
+"""Scores of resampled recordings, without computing each score anew.
+
+Rows of one recording resemble each other, so recordings are what is drawn with replacement, not
+rows. A resample is a weight for each recording; every score here is exact for whole weights.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_zoo.evaluation.metrics import (
+    CALIBRATION_BINS,
+    Bools,
+    Floats,
+    calibration_bin,
+    judged_rows,
+    judged_steps,
+)
+
+Integers = NDArray[np.int64]
+
+
+def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
+    """How often each recording is drawn in each resample, (resamples, recordings)."""
+    generator = np.random.default_rng([seed, recordings])
+    share = np.full(recordings, 1 / recordings)
+    return generator.multinomial(recordings, share, size=resamples).astype(np.float64)
+
+
+def resampled_scores(
+    probability: Floats, success: Bools, mask: Bools, recording: Integers, weights: Floats
+) -> dict[str, Floats]:
+    """Every score of every resample.
+
+    Args:
+        probability: (N, T).
+        success: (N, T).
+        mask: (N, T), true where judged.
+        recording: (N,), each in 0 .. R - 1.
+        weights: (S, R), of :func:`draw_weights`.
+
+    Returns:
+        By the name of the function in :mod:`model_zoo.evaluation.metrics`, (S,); NaN where a
+        resample has one class only.
+    """
+    p, y = judged_steps(probability, success, mask)
+    owner = np.broadcast_to(recording[:, None], mask.shape)[mask]
+    least, whole, rows = judged_rows(probability, success, mask)
+    steps = (p, y, owner, weights)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {
+            "au_roc": _au_roc(*steps),
+            "minimum_au_roc": _au_roc(least, whole, recording[rows], weights),
+            "average_precision": _average_precision(*steps),
+            "failure_average_precision": _average_precision(-p, ~y, owner, weights),
+            "brier": _brier(*steps),
+            "expected_calibration_error": _calibration_error(*steps),
+        }
+
+
+def _au_roc(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+    """From the pairs of a success and a failure in order, counted by their recordings.
+
+    The area is the share of such pairs (Mann and Whitney), ties half: a quadratic form in the
+    recordings' weights.
+    """
+    order = np.argsort(p[y], kind="stable")
+    successes, of = p[y][order], owner[y][order]
+    count = weights.shape[1]
+    pairs = np.zeros((count, count))
+    for failing in np.unique(owner[~y]):
+        failures = np.sort(p[~y & (owner == failing)])
+        below = np.searchsorted(failures, successes, "left")
+        tied_or_below = np.searchsorted(failures, successes, "right")
+        pairs[:, failing] = np.bincount(of, (below + tied_or_below) / 2, count)
+    possible = (weights @ np.bincount(of, minlength=count)) * (
+        weights @ np.bincount(owner[~y], minlength=count)
+    )
+    found: Floats = ((weights @ pairs) * weights).sum(axis=1) / possible
+    return found
+
+
+def _average_precision(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+    """Sum of precision times the gain in recall, over thresholds from the highest down."""
+    order = np.argsort(-p, kind="stable")
+    y, owner = y[order], owner[order]
+    ends = np.flatnonzero(np.append(np.diff(p[order]) != 0, p.size > 0))
+
+    def one(weight: Floats) -> float:
+        each = weight[owner]
+        taken, hits = np.cumsum(each)[ends], np.cumsum(each * y)[ends]
+        precision = np.divide(hits, taken, out=np.zeros_like(hits), where=taken > 0)
+        return float(np.sum(np.diff(hits, prepend=0) * precision) / hits[-1])
+
+    undefined = (weights @ _by_recording(y, owner, weights) == 0) | (
+        weights @ _by_recording(~y, owner, weights) == 0
+    )
+    return np.array([np.nan if bad else one(w) for w, bad in zip(weights, undefined, strict=True)])
+
+
+def _brier(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+    squares = _by_recording((p - y) ** 2, owner, weights)
+    found: Floats = (weights @ squares) / (weights @ _by_recording(y >= 0, owner, weights))
+    return found
+
+
+def _calibration_error(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+    bins = calibration_bin(p)
+    cells = owner * CALIBRATION_BINS + bins
+    count = weights.shape[1]
+    gaps = np.bincount(cells, p - y, count * CALIBRATION_BINS).reshape(count, -1)
+    judged = weights @ _by_recording(y >= 0, owner, weights)
+    found: Floats = np.abs(weights @ gaps).sum(axis=1) / judged
+    return found
+
+
+def _by_recording(values: NDArray[np.generic], owner: Integers, weights: Floats) -> Floats:
+    return np.bincount(owner, values.astype(np.float64), weights.shape[1]).astype(np.float64)

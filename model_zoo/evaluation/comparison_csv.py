@@ -1,0 +1,73 @@
+"""The comparison as one long CSV: a line for each number."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from io import StringIO
+from typing import Any
+
+from model_zoo.evaluation.contestants import Contestant, all_and_each
+from model_zoo.evaluation.score_cells import METRICS
+
+_FIELDS = (
+    "model",
+    "preset",
+    "runs",
+    "scenario",
+    "condition",
+    "metric",
+    "value",
+    "low",
+    "high",
+    "least_run",
+    "greatest_run",
+)
+_COSTS = ("median_ms", "p90_ms", "weight_bytes", "working_bytes")
+
+
+def comparison_records(models: Sequence[Contestant]) -> list[dict[str, Any]]:
+    """A record for each model, scenario, condition and metric; costs have no scenario.
+
+    ``low`` and ``high`` bound 95 % of the resampled recordings (means over runs); ``least_run``
+    and ``greatest_run`` are the extremes of the trainings.
+    """
+    return [record for model in models for record in (*_scores(model), *_costs(model))]
+
+
+def render_csv(models: Sequence[Contestant]) -> str:
+    """The records as CSV; empty where there is no number."""
+    text = StringIO()
+    writer = csv.DictWriter(text, _FIELDS, lineterminator="\n", restval="")
+    writer.writeheader()
+    writer.writerows(comparison_records(models))
+    return text.getvalue()
+
+
+def _head(model: Contestant) -> dict[str, Any]:
+    first = model.runs[0]
+    return {"model": first.model, "preset": first.preset, "runs": len(model.runs)}
+
+
+def _scores(model: Contestant) -> list[dict[str, Any]]:
+    first = model.runs[0]
+    places = [(s, c) for s in all_and_each(first) for c in first.conditions]
+    return [
+        _head(model)
+        | {"scenario": scenario, "condition": condition, "metric": metric}
+        | model.score(metric, scenario, condition).model_dump()
+        | _extremes(model.values(metric, scenario, condition))
+        for scenario, condition in places
+        for metric in METRICS
+    ]
+
+
+def _extremes(values: Sequence[float]) -> dict[str, float]:
+    return {"least_run": min(values), "greatest_run": max(values)} if values else {}
+
+
+def _costs(model: Contestant) -> list[dict[str, Any]]:
+    first = model.runs[0]
+    costs = [{"metric": "parameters", "value": first.parameters}]
+    costs += [{"metric": name, "value": getattr(first.latency, name)} for name in _COSTS]
+    return [_head(model) | cost for cost in costs]

@@ -1,0 +1,173 @@
+"""The comparison as Markdown: model by scenario, by condition, scores and costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from model_zoo.evaluation.contestants import Contestant, all_and_each
+from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Evaluation, Score
+from model_zoo.evaluation.score_cells import FEWEST_RECORDINGS
+
+_SCORES = {
+    "minimum_au_roc": ("AU-ROC of trajectories", True),
+    "average_precision": ("average precision, success", True),
+    "failure_average_precision": ("average precision, failure", True),
+    "brier": ("Brier", False),
+    "expected_calibration_error": ("ECE", False),
+}
+_MEBIBYTE = 1 << 20
+_NOTE = """\
+Split `{split}` of the dataset `{dataset}`. AU-ROC pools all judged steps. In brackets: 95 % of
+{resamples} resamples of recordings lie within; none are given for fewer than {fewest} recordings.
+{runs}Bold: the best of a column.
+"""
+_MANY_RUNS = "Values and bounds are means over the trainings of a model. "
+
+
+def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
+    """All tables, and the plots by their paths.
+
+    Args:
+        models: What is compared; differences are to the first of them.
+        plots: Paths of pictures, relative to the text.
+    """
+    first = models[0].runs[0]
+    many = any(len(model.runs) > 1 for model in models)
+    note = _NOTE.format(
+        split=first.split,
+        dataset=first.dataset[:12],
+        resamples=first.resamples,
+        fewest=FEWEST_RECORDINGS,
+        runs=_MANY_RUNS if many else "",
+    )
+    parts = ["# Comparison", note, "## AU-ROC by scenario, clean sensors", _scenarios(models)]
+    if len(models) > 1:
+        title = f"## AU-ROC less that of {models[0].label}, on the same resamples"
+        parts += [title, _differences(models)]
+    if len(first.conditions) > 1:
+        parts += ["## AU-ROC by condition of the sensors", _conditions(models)]
+        parts += ["## AU-ROC lost to each condition", _losses(models)]
+    parts += ["## Other scores, all scenarios, clean sensors", _others(models)]
+    parts += ["## Cost of one prediction", _costs(models), "## Data", _data(first)]
+    parts += [f"![{plot}]({plot})" for plot in plots]
+    return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def _scenarios(models: Sequence[Contestant]) -> str:
+    columns = all_and_each(models[0].runs[0])
+    condition = models[0].runs[0].conditions[0]
+    return _grid(models, columns, lambda m, column: m.score("au_roc", column, condition))
+
+
+def _conditions(models: Sequence[Contestant]) -> str:
+    columns = models[0].runs[0].conditions
+    return _grid(models, columns, lambda m, column: m.score("au_roc", ALL_SCENARIOS, column))
+
+
+def _differences(models: Sequence[Contestant]) -> str:
+    columns = all_and_each(models[0].runs[0])
+    condition = models[0].runs[0].conditions[0]
+    rows = [
+        [m.label, *(_signed(m.advantage(models[0], column, condition)) for column in columns)]
+        for m in models[1:]
+    ]
+    return _table(["model", *columns], rows)
+
+
+def _losses(models: Sequence[Contestant]) -> str:
+    clean, *columns = models[0].runs[0].conditions
+
+    return _grid(models, columns, lambda m, c: m.loss(clean, c), higher_is_better=False)
+
+
+def _others(models: Sequence[Contestant]) -> str:
+    condition = models[0].runs[0].conditions[0]
+    columns = []
+    for metric, (_, higher) in _SCORES.items():
+        scores = [model.score(metric, ALL_SCENARIOS, condition) for model in models]
+        columns.append(_emphasise(scores, higher_is_better=higher))
+    temperatures = [
+        ", ".join("none" if run.temperature is None else f"{run.temperature:.2f}" for run in m.runs)
+        for m in models
+    ]
+    head = ["model", *(title for title, _ in _SCORES.values()), "temperature"]
+    labels = [model.label for model in models]
+    return _table(head, [list(row) for row in zip(labels, *columns, temperatures, strict=True)])
+
+
+def _costs(models: Sequence[Contestant]) -> str:
+    head = ["model", "parameters", "median, ms", "9 of 10 below, ms", "weights, MiB"]
+    head += ["beside them, MiB", "device", "threads"]
+    return _table(head, [_cost(model) for model in models])
+
+
+def _cost(model: Contestant) -> list[str]:
+    run = model.runs[0]
+    latency = run.latency
+    working = latency.working_bytes
+    return [
+        model.label,
+        f"{run.parameters:,}",
+        f"{latency.median_ms:.1f}",
+        f"{latency.p90_ms:.1f}",
+        f"{latency.weight_bytes / _MEBIBYTE:.1f}",
+        "" if working is None else f"{working / _MEBIBYTE:.1f}",
+        latency.device,
+        f"{latency.threads}",
+    ]
+
+
+def _data(evaluation: Evaluation) -> str:
+    rows = []
+    for scenario in all_and_each(evaluation):
+        cell = evaluation.cell(scenario, evaluation.conditions[0])
+        if cell is not None:
+            share = "" if cell.success_share is None else f"{cell.success_share:.1%}"
+            counts = (f"{cell.recordings}", f"{cell.rows:,}", f"{cell.judged:,}")
+            rows.append([scenario, *counts, share])
+    return _table(["scenario", "recordings", "rows", "judged steps", "of them success"], rows)
+
+
+def _grid(
+    models: Sequence[Contestant],
+    columns: Sequence[str],
+    score: Callable[[Contestant, str], Score],
+    *,
+    higher_is_better: bool = True,
+) -> str:
+    texts = [
+        _emphasise([score(model, c) for model in models], higher_is_better=higher_is_better)
+        for c in columns
+    ]
+    labels = [model.label for model in models]
+    rows = [list(row) for row in zip(labels, *texts, strict=True)]
+    return _table(["model", *columns], rows)
+
+
+def _emphasise(scores: Sequence[Score], *, higher_is_better: bool) -> list[str]:
+    values = [round(score.value, 3) for score in scores if score.value is not None]
+    best = (max if higher_is_better else min)(values, default=None)
+    several = len(values) > 1
+    return [
+        _shown(score, bold=several and score.value is not None and round(score.value, 3) == best)
+        for score in scores
+    ]
+
+
+def _shown(score: Score, *, bold: bool = False, form: str = ".3f") -> str:
+    if score.value is None:
+        return "-"
+    value = f"{score.value:{form}}".replace("-0.000", "0.000")
+    text = f"**{value}**" if bold else value
+    if score.low is None or score.high is None:
+        return text
+    return f"{text} [{score.low:{form}}, {score.high:{form}}]"
+
+
+def _signed(score: Score) -> str:
+    return _shown(score, form="+.3f")
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [head, ["---" for _ in head], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,122 @@
+"""Evaluations of one model, of one training or of several with other seeds, taken together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import fmean
+
+import numpy as np
+
+from graspe_data.errors import ZooError
+from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Evaluation, Score
+from model_zoo.evaluation.metrics import Floats
+from model_zoo.evaluation.score_cells import interval
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A model and a preset, with the evaluations of its trainings.
+
+    Attributes:
+        label: How tables and plots call it.
+        runs: One evaluation of each training.
+    """
+
+    label: str
+    runs: tuple[Evaluation, ...]
+
+    def score(self, metric: str, scenario: str, condition: str) -> Score:
+        """The mean over the runs of value and bounds; None where a run has none."""
+        cells = [run.cell(scenario, condition) for run in self.runs]
+        scores = [cell.scores[metric] for cell in cells if cell and metric in cell.scores]
+        if len(scores) < len(self.runs):
+            return Score(value=None, low=None, high=None)
+        return Score(
+            value=_mean([score.value for score in scores]),
+            low=_mean([score.low for score in scores]),
+            high=_mean([score.high for score in scores]),
+        )
+
+    def values(self, metric: str, scenario: str, condition: str) -> list[float]:
+        """The value of each run that has one."""
+        cells = [run.cell(scenario, condition) for run in self.runs]
+        values = [cell.scores[metric].value for cell in cells if cell and metric in cell.scores]
+        return [value for value in values if value is not None]
+
+    def advantage(self, other: Contestant, scenario: str, condition: str) -> Score:
+        """AU-ROC of this one less that of another, over the same resamples of recordings."""
+        return _difference((self, scenario, condition), (other, scenario, condition))
+
+    def loss(self, clean: str, condition: str, scenario: str = ALL_SCENARIOS) -> Score:
+        """AU-ROC under one condition less that under another, over the same resamples."""
+        return _difference((self, scenario, clean), (self, scenario, condition))
+
+    def au_roc_resamples(self, scenario: str, condition: str) -> Floats:
+        """AU-ROC of every resample, the mean over the runs; empty for too few recordings."""
+        cells = [run.cell(scenario, condition) for run in self.runs]
+        drawn = [np.array(cell.au_roc_resamples, dtype=np.float64) for cell in cells if cell]
+        mean: Floats = np.mean(drawn, axis=0)
+        return mean
+
+
+_Place = tuple[Contestant, str, str]
+
+
+def _difference(first: _Place, second: _Place) -> Score:
+    values = [model.score("au_roc", *place).value for model, *place in (first, second)]
+    if values[0] is None or values[1] is None:
+        return Score(value=None, low=None, high=None)
+    drawn = [model.au_roc_resamples(*place) for model, *place in (first, second)]
+    low, high = interval(drawn[0] - drawn[1])
+    return Score(value=values[0] - values[1], low=low, high=high)
+
+
+def contestants(evaluations: Sequence[Evaluation]) -> list[Contestant]:
+    """Group evaluations by model and preset, in the order in which they are first met.
+
+    Raises:
+        ZooError: None are given, one is given twice, or they are of other data, another split,
+            other scenarios, conditions or resamples, so that they cannot be compared.
+    """
+    if not evaluations:
+        raise ZooError("compare: no evaluations given.")
+    seen: set[str] = set()
+    for evaluation in evaluations:
+        _refuse_other(evaluation, evaluations[0])
+        if evaluation.checkpoint in seen:
+            raise ZooError(f"compare: {_name(evaluation)} is given twice.")
+        seen.add(evaluation.checkpoint)
+    presets = {evaluation.preset for evaluation in evaluations}
+    labels = [e.model if len(presets) == 1 else f"{e.model} ({e.preset})" for e in evaluations]
+    return [
+        Contestant(
+            label, tuple(e for e, own in zip(evaluations, labels, strict=True) if own == label)
+        )
+        for label in dict.fromkeys(labels)
+    ]
+
+
+def _refuse_other(evaluation: Evaluation, first: Evaluation) -> None:
+    for what in ("dataset", "split", "scenarios", "conditions", "resamples", "resample_seed"):
+        found, expected = getattr(evaluation, what), getattr(first, what)
+        if found != expected:
+            raise ZooError(
+                f"compare: {_name(evaluation)} and {_name(first)} differ in {what}: {found} and "
+                f"{expected}. Evaluate both with the same settings on the same data."
+            )
+
+
+def _name(evaluation: Evaluation) -> str:
+    seed = "" if evaluation.seed is None else f", seed {evaluation.seed}"
+    return f"{evaluation.model} ({evaluation.preset}{seed})"
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return fmean(known) if len(known) == len(values) else None
+
+
+def all_and_each(evaluation: Evaluation) -> tuple[str, ...]:
+    """All scenarios together, then each."""
+    return (ALL_SCENARIOS, *evaluation.scenarios)

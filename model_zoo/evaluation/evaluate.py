@@ -1,0 +1,89 @@
+"""Evaluate a checkpoint on a split of a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from model_zoo.augmentation import CONDITIONS, Condition
+from model_zoo.checkpoints import Checkpoint
+from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
+from model_zoo.evaluation.latency import measure_latency
+from model_zoo.evaluation.predictions import predict_split
+from model_zoo.evaluation.progress import Progress, Silent
+from model_zoo.evaluation.score_cells import score_cells
+
+
+def evaluate(
+    checkpoint: Checkpoint,
+    dataset: Path,
+    split: str = "test",
+    conditions: Sequence[Condition] = CONDITIONS,
+    *,
+    batch_size: int = 32,
+    device: str = "cpu",
+    seed: int = 0,
+    resamples: int = 1000,
+    progress: Progress | None = None,
+) -> Evaluation:
+    """Predict a split under each condition and score it, scenario by scenario.
+
+    Args:
+        checkpoint: What to evaluate; its model is moved to ``device``.
+        dataset: The dataset's folder; a row's scenario is the group of its recording.
+        split: Rows to take.
+        conditions: What is done to the sensors; see :mod:`model_zoo.augmentation`. The first is
+            what tables and plots show where they show one: ``clean``.
+        batch_size: Rows at a time.
+        device: Such as ``cpu`` or ``cuda``.
+        seed: Of degradations and resamples.
+        resamples: Of recordings, for the intervals.
+        progress: Is told of every batch.
+
+    Raises:
+        ZooError: The dataset does not fit the model, the split has no judged step, a condition is
+            unknown, or a prediction is not finite.
+        ShardError: The dataset is missing or damaged, or has no such split.
+    """
+    rows = open_judged_split(checkpoint, dataset, split, conditions)
+    checkpoint.model.to(device)
+    latency = measure_latency(checkpoint, _first(rows))
+    told = progress or Silent()
+    predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, told)
+    cells = [
+        cell
+        for condition in conditions
+        for cell in score_cells(rows, predicted[condition], condition, resamples, seed)
+    ]
+    return Evaluation(
+        **_describe(checkpoint),
+        dataset=rows.dataset.digest,
+        split=split,
+        resamples=resamples,
+        resample_seed=seed,
+        cells=tuple(cells),
+        latency=latency,
+    )
+
+
+def _first(split: JudgedSplit) -> dict[str, torch.Tensor]:
+    columns = split.dataset.batch(split.rows[:1])
+    return {name: torch.from_numpy(array) for name, array in columns.items()}
+
+
+def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
+    seed = checkpoint.recipe.get("seed") if isinstance(checkpoint.recipe, Mapping) else None
+    calibration = checkpoint.calibration
+    return {
+        "model": checkpoint.config.model,
+        "preset": checkpoint.config.preset,
+        "seed": seed if isinstance(seed, int) else None,
+        "parameters": checkpoint.config.parameters,
+        "checkpoint": checkpoint.digest,
+        "trained_on": checkpoint.config.dataset_digest,
+        "temperature": None if calibration is None else calibration.temperature,
+    }

@@ -1,0 +1,117 @@
+"""The rows of a split on which a checkpoint can be scored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
+from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
+from model_zoo.augmentation import CONDITIONS, Condition, columns_needed
+from model_zoo.checkpoints import Checkpoint
+from model_zoo.evaluation.evaluation import ALL_SCENARIOS
+from model_zoo.evaluation.metrics import Bools
+
+_LABELS = ("success", "success_mask", "recording")
+_UNGROUPED = "ungrouped"
+
+
+@dataclass(frozen=True)
+class JudgedSplit:
+    """Rows that have a judged step; the others change no score.
+
+    Attributes:
+        dataset: The split, with the columns that the model and the conditions read.
+        rows: Indices of the rows, (N,).
+        success: (N, T), 1 = success.
+        mask: (N, T), true where judged.
+        recording: (N,), index of each row's recording.
+        scenarios: The scenario of each recording of the dataset.
+    """
+
+    dataset: Dataset
+    rows: NDArray[np.int64]
+    success: Bools
+    mask: Bools
+    recording: NDArray[np.int64]
+    scenarios: tuple[str, ...]
+
+
+def open_judged_split(
+    checkpoint: Checkpoint, path: Path, split: str, conditions: Sequence[Condition]
+) -> JudgedSplit:
+    """Check that a dataset fits a checkpoint, and read its labels.
+
+    Raises:
+        ZooError: The dataset does not fit the model, the split has no judged step, or a condition
+            is unknown.
+        ShardError: The dataset is missing or damaged, or has no such split.
+    """
+    _check_conditions(conditions)
+    index = read_index(path)
+    _check_columns(checkpoint, index, path)
+    labels = Dataset(path, split, _LABELS)
+    columns = labels.batch(np.arange(len(labels)))
+    mask = columns["success_mask"].astype(bool)
+    rows = np.flatnonzero(mask.any(axis=1)).astype(np.int64, copy=False)
+    if not rows.size:
+        raise ZooError(
+            f"{path}: none of the {len(labels)} rows of the split {split!r} has a judged step, so "
+            "there is nothing to score. Label its recordings and build the dataset again."
+        )
+    return JudgedSplit(
+        dataset=Dataset(path, split, _columns(checkpoint, index, conditions)),
+        rows=rows,
+        success=columns["success"].astype(bool)[rows],
+        mask=mask[rows],
+        recording=columns["recording"].astype(np.int64)[rows],
+        scenarios=tuple(_scenario(entry) for entry in index.recordings),
+    )
+
+
+def _check_conditions(conditions: Sequence[str]) -> None:
+    unknown = [condition for condition in conditions if condition not in CONDITIONS]
+    if unknown or not conditions or len(set(conditions)) < len(conditions):
+        raise ZooError(
+            f"conditions: found {', '.join(conditions) or 'none'}; give one or more, once each, of "
+            f"{', '.join(CONDITIONS)}."
+        )
+
+
+def _check_columns(checkpoint: Checkpoint, index: DatasetIndex, path: Path) -> None:
+    checkpoint.config.check_columns(index.columns, str(path))
+    shapes = {column.name: column.shape for column in index.columns}
+    horizon = checkpoint.config.horizon
+    for name, expected in zip(_LABELS, ((horizon,), (horizon,), ()), strict=True):
+        if shapes.get(name) != expected:
+            raise ZooError(
+                f"{path}: column {name}: expected rows of shape {expected} for "
+                f"{checkpoint.config.model}, found {shapes.get(name, 'no such column')}."
+            )
+    if any(entry.group == ALL_SCENARIOS for entry in index.recordings):
+        raise ZooError(
+            f"{path}: a group is named {ALL_SCENARIOS!r}, which stands for all groups together. "
+            "Rename it and build the dataset again."
+        )
+
+
+def _columns(
+    checkpoint: Checkpoint, index: DatasetIndex, conditions: Sequence[Condition]
+) -> list[str]:
+    """The model's, and where sensors fail what that reads; stamps name the rows."""
+    names = checkpoint.model.columns
+    if set(conditions) == {"clean"}:
+        return list(names)
+    declared = {column.name for column in index.columns}
+    return sorted({*columns_needed(names, declared), *({"stamp_ns"} & declared)})
+
+
+def _scenario(entry: RecordingEntry) -> str:
+    """The group of a recording; one in no declared group has its own, named by its digest."""
+    own = not entry.group or entry.digest.startswith(entry.group)
+    return _UNGROUPED if own else entry.group

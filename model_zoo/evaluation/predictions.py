@@ -1,0 +1,62 @@
+"""What a model predicts for the rows of a split, under each condition of the sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import torch
+
+from graspe_data.errors import ZooError
+from model_zoo.augmentation import Condition, apply_condition
+from model_zoo.augmentation.sensor_settings import sensor_settings
+from model_zoo.batches import Batch
+from model_zoo.checkpoints import Checkpoint
+from model_zoo.evaluation.judged_split import JudgedSplit
+from model_zoo.evaluation.metrics import Floats
+from model_zoo.evaluation.progress import Progress
+
+
+def predict_split(
+    checkpoint: Checkpoint,
+    split: JudgedSplit,
+    conditions: Sequence[Condition],
+    batch_size: int,
+    seed: int,
+    progress: Progress,
+) -> dict[str, Floats]:
+    """Predict every row under every condition; each row is read once.
+
+    Returns:
+        For each condition the probabilities of success, (N, T).
+
+    Raises:
+        ZooError: The model predicts numbers that are not finite.
+        ShardError: A shard is missing or damaged.
+    """
+    settings = sensor_settings(split.dataset.index)
+    found: dict[str, list[Floats]] = {condition: [] for condition in conditions}
+    progress.start("batches", -(-split.rows.size // batch_size))
+    for done, batch in _batches(split, batch_size):
+        for condition in conditions:
+            degraded = apply_condition(batch, condition, seed, settings)
+            found[condition].append(_predict(checkpoint, degraded, condition))
+        progress.advance(f"{checkpoint.config.model}: {done} of {split.rows.size} rows")
+    return {condition: np.concatenate(parts) for condition, parts in found.items()}
+
+
+def _batches(split: JudgedSplit, batch_size: int) -> Iterator[tuple[int, Batch]]:
+    for begin in range(0, split.rows.size, batch_size):
+        rows = split.rows[begin : begin + batch_size]
+        columns = split.dataset.batch(rows)
+        yield begin + rows.size, {name: torch.from_numpy(a) for name, a in columns.items()}
+
+
+def _predict(checkpoint: Checkpoint, batch: Batch, condition: str) -> Floats:
+    probability = checkpoint.predict(batch).cpu().numpy().astype(np.float64)
+    if not np.isfinite(probability).all():
+        raise ZooError(
+            f"{checkpoint.folder}: {checkpoint.config.model} predicts numbers that are not finite "
+            f"under {condition!r}. Look for NaN in the columns that it reads, or train it again."
+        )
+    return probability

@@ -1,0 +1,102 @@
+"""Predictions to scores: each scenario, and all together, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from model_zoo.evaluation import metrics
+from model_zoo.evaluation.bootstrap import Integers, draw_weights, resampled_scores
+from model_zoo.evaluation.curves import calibration_curve, roc
+from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Cell, Score
+from model_zoo.evaluation.judged_split import JudgedSplit
+from model_zoo.evaluation.metrics import Bools, Floats
+
+METRICS: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], float | None]] = {
+    "au_roc": metrics.au_roc,
+    "minimum_au_roc": metrics.minimum_au_roc,
+    "average_precision": metrics.average_precision,
+    "failure_average_precision": metrics.failure_average_precision,
+    "brier": metrics.brier,
+    "expected_calibration_error": metrics.expected_calibration_error,
+}
+"""What is scored, in the order of tables."""
+
+_Labelled = tuple[Floats, Bools, Bools]
+
+_DEFINED_SHARE = 0.5
+"""An interval needs the score defined in at least so many of the resamples."""
+
+FEWEST_RECORDINGS = 3
+"""Fewer give no interval: their resamples hardly differ."""
+
+
+def score_cells(
+    split: JudgedSplit, probability: Floats, condition: str, resamples: int, seed: int
+) -> list[Cell]:
+    """Score all rows together and each scenario.
+
+    Args:
+        split: The rows and their labels.
+        probability: (N, T), of success.
+        condition: For the cells' name.
+        resamples: Of recordings.
+        seed: Of the resamples: the same for every model, so that they can be compared.
+    """
+    scenario = np.asarray(split.scenarios)[split.recording]
+    chosen = {ALL_SCENARIOS: np.ones(scenario.size, bool)}
+    chosen |= {name: scenario == name for name in sorted(set(scenario.tolist()))}
+    cells = []
+    for name, rows in chosen.items():
+        labelled = (probability[rows], split.success[rows], split.mask[rows])
+        recordings, recording = np.unique(split.recording[rows], return_inverse=True)
+        weights = draw_weights(recordings.size, resamples, seed)
+        cells.append(_cell(name, condition, labelled, recording, weights))
+    return cells
+
+
+def _cell(
+    scenario: str, condition: str, labelled: _Labelled, recording: Integers, weights: Floats
+) -> Cell:
+    drawn = resampled_scores(*labelled, recording, weights)
+    enough = weights.shape[1] >= FEWEST_RECORDINGS
+    p, y = metrics.judged_steps(*labelled)
+    return Cell(
+        scenario=scenario,
+        condition=condition,
+        recordings=weights.shape[1],
+        rows=recording.size,
+        judged=p.size,
+        success_share=float(y.mean()) if y.size else None,
+        scores={
+            name: _score(score(*labelled), drawn[name] if enough else drawn[name][:0])
+            for name, score in METRICS.items()
+        },
+        au_roc_resamples=_listed(drawn["au_roc"]) if enough else (),
+        roc=roc(p, y),
+        calibration=calibration_curve(p, y),
+    )
+
+
+def _score(value: float | None, drawn: Floats) -> Score:
+    low, high = interval(drawn)
+    return Score(value=value, low=low, high=high)
+
+
+def interval(drawn: Floats) -> tuple[float, float] | tuple[None, None]:
+    """The middle 95 % of resampled scores.
+
+    None where they say nothing: there are none, most are NaN, or all are the same.
+    """
+    defined = drawn[np.isfinite(drawn)]
+    if defined.size < max(1, _DEFINED_SHARE * drawn.size) or np.ptp(defined) == 0:
+        return None, None
+    low, high = np.quantile(defined, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _listed(drawn: Floats) -> tuple[float | None, ...]:
+    rounded = np.round(drawn, 5).tolist()
+    return tuple(value if np.isfinite(value) else None for value in rounded)

@@ -1,0 +1,70 @@
+"""A-GNN, the network on the feature graph (GrASPE, section IV-E and figure 4)."""
+
+from __future__ import annotations
+
+import torch
+from pydantic import Field
+from torch import Tensor, nn
+from torch.nn.functional import elu
+
+from graspe_data.manifest import Settings
+from model_zoo.layers.dense_gat import DenseGat
+from model_zoo.layers.dense_gcn import DenseGcn, degree_scale
+from model_zoo.layers.reliability_graph import FeatureCounts, ReliabilityGraph
+
+
+class AttentionGraphSettings(Settings):
+    """The sizes of an A-GNN. Only the first layer's 16 channels are printed.
+
+    Attributes:
+        decay: Lambda of equation (6).
+        channels: Of both graph convolutions.
+        heads: Of the attention.
+        head_channels: Of each of its heads.
+        dropout: After the attention.
+        hidden: Of the first of two dense layers.
+    """
+
+    decay: float = Field(default=2.0, gt=0)
+    channels: int = 16
+    heads: int = 4
+    head_channels: int = 4
+    dropout: float = 0.5
+    hidden: int = 128
+
+
+class AttentionGraphNetwork(nn.Module):
+    """Features of 120 nodes and two reliabilities to ``outputs`` numbers, not activated."""
+
+    def __init__(
+        self, outputs: int, settings: AttentionGraphSettings, counts: FeatureCounts | None = None
+    ) -> None:
+        """Make the layers: GCN, GAT, dropout, GCN, two dense ones."""
+        super().__init__()
+        counts = counts or FeatureCounts()
+        attended = settings.heads * settings.head_channels
+        self.graph = ReliabilityGraph(counts, settings.decay)
+        self.first = DenseGcn(1, settings.channels)
+        self.attention = DenseGat(settings.channels, settings.head_channels, settings.heads)
+        self.dropout = nn.Dropout(settings.dropout)
+        self.second = DenseGcn(attended, settings.channels)
+        self.head = nn.Sequential(
+            nn.Linear(counts.nodes * settings.channels, settings.hidden),
+            nn.ReLU(),
+            nn.Linear(settings.hidden, outputs),
+        )
+
+    def forward(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
+        """The numbers (B, outputs).
+
+        Args:
+            features: f_vec, (B, N), within 0 and 1.
+            r_img: Reliability of the picture, (B,).
+            r_point: Reliability of the points, (B,).
+        """
+        adjacency = self.graph(features, r_img, r_point)
+        scale = degree_scale(adjacency)
+        nodes = torch.relu(self.first(features[:, :, None], adjacency, scale))
+        nodes = self.dropout(elu(self.attention(nodes, adjacency)))
+        nodes = torch.relu(self.second(nodes, adjacency, scale))
+        return self.head(nodes.flatten(1))  # type: ignore[no-any-return]

@@ -1,0 +1,69 @@
+"""Graph attention (Velickovic et al., ICLR 2018) with edge weights, on complete graphs."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import leaky_relu
+
+NEGATIVE_SLOPE = 0.2
+
+
+class DenseGat(nn.Module):
+    """Multi-head attention of every node to all nodes, the edge's weight a term of its score.
+
+    On a batch of complete graphs of N nodes it gives what PyTorch Geometric's
+    ``GATConv(edge_dim=1, add_self_loops=True, fill_value="mean")`` gives on their edge lists;
+    parameters are named as there, so its state dict loads. The scores (B, heads, N, N) are the
+    largest tensor: the edge's term is a scalar, so edges are never projected.
+    """
+
+    def __init__(self, inputs: int, channels: int, heads: int) -> None:
+        """Make the heads; their outputs are concatenated, heads x channels a node."""
+        super().__init__()
+        self.heads = heads
+        self.lin = nn.Linear(inputs, heads * channels, bias=False)
+        self.lin_edge = nn.Linear(1, heads * channels, bias=False)
+        self.att_src, self.att_dst, self.att_edge = (
+            nn.Parameter(torch.empty(1, heads, channels)) for _ in range(3)
+        )
+        self.bias = nn.Parameter(torch.zeros(heads * channels))
+        for weight in (self.lin, self.lin_edge):
+            nn.init.xavier_uniform_(weight.weight)
+        for vector in (self.att_src, self.att_dst, self.att_edge):
+            nn.init.xavier_uniform_(vector.data[0])
+
+    def forward(self, x: Tensor, adjacency: Tensor) -> Tensor:
+        """The nodes' new features (B, N, heads x channels).
+
+        Args:
+            x: The nodes' features (B, N, inputs).
+            adjacency: W + I, the edges' weights with 1 on the diagonal, (B, N, N).
+        """
+        rows, nodes, _ = x.shape
+        hidden: Tensor = self.lin(x).view(rows, nodes, self.heads, -1).transpose(1, 2)
+        target = hidden @ self.att_dst.unsqueeze(3)
+        source = (hidden @ self.att_src.unsqueeze(3)).mT
+        edge = (self.lin_edge.weight.view_as(self.att_edge) * self.att_edge).sum(2)[
+            :, :, None, None
+        ]
+        weights = _with_self_loops(adjacency)[:, None]
+        # How much node i (axis 2) attends to node j (axis 3); in place, for its size.
+        scores = leaky_relu((target + source).addcmul_(weights, edge), NEGATIVE_SLOPE, inplace=True)
+        highest = target + source.amax(3, keepdim=True) + edge.clamp(min=0)
+        mixed = _attend(scores, leaky_relu(highest, NEGATIVE_SLOPE).detach(), hidden)
+        return mixed.transpose(1, 2).flatten(2) + self.bias
+
+
+def _attend(scores: Tensor, highest: Tensor, hidden: Tensor) -> Tensor:
+    """softmax(scores) @ hidden; no score of a row is above ``highest``, nor far below it."""
+    shifted = scores - highest if torch.is_grad_enabled() else scores.sub_(highest)
+    sums = shifted.exp_() @ torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=3)
+    return sums[..., :-1] / sums[..., -1:]
+
+
+def _with_self_loops(adjacency: Tensor) -> Tensor:
+    """W whose diagonal is the mean of the other weights in the row, (B, N, N)."""
+    nodes = adjacency.shape[1]
+    mean = (adjacency.sum(2, keepdim=True) - 1) / (nodes - 1)
+    return torch.where(torch.eye(nodes, dtype=torch.bool, device=adjacency.device), mean, adjacency)

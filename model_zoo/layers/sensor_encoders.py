@@ -1,0 +1,91 @@
+"""Every sensor's columns to its features: f_vec of GrASPE, section IV-B."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from pydantic import Field
+from torch import Tensor, nn
+from torch.nn.functional import max_pool2d
+
+from graspe_data.manifest import Settings
+from model_zoo.contract import Observation
+from model_zoo.layers.pointnet import PointNet, PointNetSettings
+from model_zoo.layers.reliability_graph import FeatureCounts
+from model_zoo.layers.resnet18 import ResNet18
+from model_zoo.layers.trajectory_net import TrajectoryNet, TrajectoryNetSettings
+from model_zoo.layers.velocity_net import VelocityNet, VelocityNetSettings
+from model_zoo.picture_input import normalised_picture
+from model_zoo.point_choice import choose_points
+
+COLUMNS = ("image", "points", "point_count", "velocity_history", "trajectory_image")
+
+
+class SensorEncoderSettings(Settings):
+    """The sizes of the four encoders.
+
+    Attributes:
+        picture_size: Height and width of the pictures in the dataset.
+        shrink: Pixels a side that become one, in both pictures, before anything else.
+        image_width: Channels of ResNet18's first stage.
+        image_reduction: Of its attention's MLP.
+        point_number: Points of a cloud that are looked at.
+        point_range: Metres that coordinates are divided by.
+        points: PointNet.
+        velocity: VelNet.
+        trajectory: TrajNet.
+        normalise: Whether f_vec is batch-normalised before its sigmoid. Ours: without it features
+            hardly leave 0.5 at first, all edges weigh the same, and training does not begin.
+    """
+
+    picture_size: tuple[int, int] = (240, 320)
+    shrink: int = Field(default=1, ge=1)
+    image_width: int = 64
+    image_reduction: int = 16
+    point_number: int = 10_000
+    point_range: float = Field(default=10.0, gt=0)
+    points: PointNetSettings = PointNetSettings()
+    velocity: VelocityNetSettings = VelocityNetSettings()
+    trajectory: TrajectoryNetSettings = TrajectoryNetSettings()
+    normalise: bool = True
+
+
+class SensorFeatures(NamedTuple):
+    """f_vec, (B, 120) within 0 and 1, and PointNet's feature transform or None."""
+
+    vector: Tensor
+    transform: Tensor | None
+
+
+class SensorEncoders(nn.Module):
+    """An observation to f_vec: features of picture, points, trajectory and velocities, in a row."""
+
+    def __init__(self, settings: SensorEncoderSettings, counts: FeatureCounts) -> None:
+        """Make the four encoders, with ``counts`` outputs."""
+        super().__init__()
+        self.settings = settings
+        height, width = (side // settings.shrink for side in settings.picture_size)
+        self.image = ResNet18(counts.image, settings.image_width, settings.image_reduction)
+        self.points = PointNet(counts.point, settings.points)
+        self.trajectory = TrajectoryNet(counts.trajectory, (height, width), settings.trajectory)
+        self.velocity = VelocityNet(counts.velocity, settings.velocity)
+        self.norm = nn.BatchNorm1d(counts.nodes) if settings.normalise else nn.Identity()
+
+    def forward(self, observation: Observation) -> SensorFeatures:
+        """The features, all past one sigmoid."""
+        points, count = observation["points"], observation["point_count"]
+        chosen = choose_points(points, count, self.settings.point_number)
+        cloud = self.points(chosen / self.settings.point_range)
+        parts = (
+            self.image(normalised_picture(observation["image"], self.settings.shrink)),
+            cloud.vector,
+            self.trajectory(self._drawing(observation["trajectory_image"])),
+            self.velocity(observation["velocity_history"]),
+        )
+        vector = torch.sigmoid(self.norm(torch.cat(parts, dim=1).float()))
+        return SensorFeatures(vector, cloud.transform)
+
+    def _drawing(self, image: Tensor) -> Tensor:
+        """Trajectory images (B, H, W) in float32; a shrunk line keeps its value of 1."""
+        return max_pool2d(image.float(), self.settings.shrink)

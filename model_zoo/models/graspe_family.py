@@ -1,0 +1,59 @@
+"""What GrASPE and its ablations share: the encoders, the loss, the order of the features."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from pydantic import Field
+from torch import Tensor
+
+from graspe_data.manifest import Settings
+from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.layers.pointnet import orthogonality_penalty
+from model_zoo.layers.reliability_graph import FeatureCounts
+from model_zoo.layers.sensor_encoders import SensorEncoders, SensorEncoderSettings
+from model_zoo.masked_cross_entropy import masked_cross_entropy
+
+
+class GraspeFamilySettings(Settings):
+    """What every model of the family can set.
+
+    Attributes:
+        horizon: Steps predicted, T.
+        encoders: The four encoders.
+        orthogonality: Weight of the penalty on PointNet's feature transform, where it has one.
+    """
+
+    horizon: int = Field(default=10, ge=1)
+    encoders: SensorEncoderSettings = SensorEncoderSettings()
+    orthogonality: float = Field(default=0.001, ge=0)
+
+
+class GraspeFamily(SuccessModel):
+    """Four encoders, and a fusion of their features that each model brings."""
+
+    def __init__(self, settings: GraspeFamilySettings) -> None:
+        """Make the encoders."""
+        super().__init__()
+        self.settings = settings
+        self.horizon = settings.horizon
+        self.counts = FeatureCounts()
+        self.encoders = SensorEncoders(settings.encoders, self.counts)
+
+    @abstractmethod
+    def fuse(self, features: Tensor, observation: Observation) -> Tensor:
+        """Log-odds of success (B, T) from f_vec, (B, 120)."""
+
+    def logits(self, observation: Observation) -> Tensor:
+        """Log-odds of success (B, T)."""
+        return self.fuse(self.encoders(observation).vector, observation)
+
+    def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
+        """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
+        vector, transform = self.encoders(observation)
+        logits = self.fuse(vector, observation)
+        entropy = masked_cross_entropy(logits, success, mask, weight)
+        if transform is None:
+            return Loss(entropy)
+        penalty = self.settings.orthogonality * orthogonality_penalty(transform.float())
+        return Loss(entropy + penalty, {"cross_entropy": entropy, "orthogonality": penalty})

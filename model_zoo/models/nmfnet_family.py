@@ -1,0 +1,60 @@
+"""What the variants of NMFNet share: the branches for the scene, and the loss."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated
+
+from pydantic import Field
+from torch import Tensor
+
+from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.layers.pointnet import orthogonality_penalty
+from model_zoo.layers.scene_branches import SceneBranches, SceneSettings
+from model_zoo.masked_cross_entropy import masked_cross_entropy
+
+
+class NmfnetSettings(SceneSettings):
+    """The numbers of NMFNet.
+
+    Attributes:
+        horizon: Steps predicted, T.
+        dropout: Of the scene's vector, before the last layer.
+        orthogonality: Weight of the penalty on PointNet's feature transform, where it has one.
+    """
+
+    horizon: Annotated[int, Field(gt=0)] = 10
+    dropout: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    orthogonality: Annotated[float, Field(ge=0)] = 0.001
+
+
+class NmfnetFamily(SuccessModel):
+    """Branches for the scene, and a head that each variant brings.
+
+    Where the published network has one steering angle, this one has T log-odds.
+    """
+
+    def __init__(self, settings: NmfnetSettings) -> None:
+        """Make the branches with random weights."""
+        super().__init__()
+        self.horizon = settings.horizon
+        self.orthogonality = settings.orthogonality
+        self.scene = SceneBranches(settings)
+
+    @abstractmethod
+    def predict(self, scene: Tensor, observation: Observation) -> Tensor:
+        """Log-odds of success (B, T) from the scene's vector (B, F)."""
+
+    def logits(self, observation: Observation) -> Tensor:
+        """Log-odds of success, (B, T)."""
+        return self.predict(self.scene(observation).vector, observation)
+
+    def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
+        """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
+        scene, transform = self.scene(observation)
+        logits = self.predict(scene, observation)
+        entropy = masked_cross_entropy(logits, success, mask, weight)
+        if transform is None:
+            return Loss(entropy)
+        penalty = self.orthogonality * orthogonality_penalty(transform.float())
+        return Loss(entropy + penalty, {"cross_entropy": entropy, "orthogonality": penalty})

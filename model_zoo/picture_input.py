@@ -1,0 +1,40 @@
+"""Pictures and drawings of a dataset as networks read them."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn.functional import avg_pool2d, max_pool2d
+
+IMAGENET_MEAN = (0.485, 0.456, 0.406)
+IMAGENET_STANDARD_DEVIATION = (0.229, 0.224, 0.225)
+
+
+def normalised_picture(image: Tensor, shrink: int = 1) -> Tensor:
+    """Scale colours to the mean and deviation that ImageNet has, as its trained networks expect.
+
+    Args:
+        image: uint8 (B, H, W, 3), RGB.
+        shrink: Pixels of each side of the squares that are averaged first.
+
+    Returns:
+        float32 (B, 3, H / shrink, W / shrink).
+    """
+    picture = avg_pool2d(image.permute(0, 3, 1, 2).float(), shrink)
+    mean = torch.tensor(IMAGENET_MEAN, device=image.device)[:, None, None]
+    deviation = torch.tensor(IMAGENET_STANDARD_DEVIATION, device=image.device)[:, None, None]
+    return (picture / 255 - mean) / deviation
+
+
+def lower_drawing(trajectory_image: Tensor, rows: int, shrink: int = 1) -> Tensor:
+    """The lower rows of drawings, in which a shrunk line stays a line.
+
+    Args:
+        trajectory_image: (B, H, W), bool or 0 and 1.
+        rows: How many of its rows, from the lower edge.
+        shrink: Pixels of each side of the squares of which the largest is kept.
+
+    Returns:
+        float32 (B, 1, rows / shrink, W / shrink), 0 and 1.
+    """
+    return max_pool2d(trajectory_image[:, None, -rows:].float(), shrink)

@@ -1,0 +1,29 @@
+"""A fixed number of points from as many as there are."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+def choose_points(points: Tensor, point_count: Tensor, number: int) -> Tensor:
+    """Choose the same number of points from every row, without chance.
+
+    Where a row has more, they are evenly spaced among its points; where it has fewer, they are
+    repeated in turn; where it has none, all are zero. Padding is never chosen.
+
+    Args:
+        points: float32 (B, N, 3), whatever it is past the count.
+        point_count: int (B,), of real points.
+        number: How many to choose.
+
+    Returns:
+        float32 (B, number, 3).
+    """
+    count = point_count.to(torch.int64).clamp(max=points.shape[1])[:, None]
+    place = torch.arange(number, device=points.device)[None]
+    spaced = place * count // number
+    repeated = place % count.clamp(min=1)
+    index = torch.where(count >= number, spaced, repeated)
+    chosen = points.gather(1, index[:, :, None].expand(-1, -1, points.shape[2]))
+    return chosen.where((count > 0)[:, :, None], 0.0)

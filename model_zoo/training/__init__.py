@@ -1,0 +1,1 @@
+"""Training: a recipe, a dataset and a model give a checkpoint, whatever interrupts it."""

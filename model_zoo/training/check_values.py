@@ -1,0 +1,69 @@
+"""Find numbers that are none in the columns a model reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.columns import Column
+from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
+
+INFINITE_WHERE_EMPTY = frozenset({"laser_scan"})
+PADDED = frozenset({"points", "intensity", "smoothness"})
+COUNT, RECORDING = "point_count", "recording"
+ROWS_AT_ONCE = 128
+
+
+def check_values(dataset: Dataset) -> None:
+    """Read every float column of a dataset once and refuse what is not finite.
+
+    Points past their row's count are padding, whatever they are; a ray without a return is inf.
+
+    Args:
+        dataset: A split with the columns that are to be checked. Where ``point_count`` is not
+            among them, the padded columns may hold NaN.
+
+    Raises:
+        ZooError: Names the first column and row that hold NaN, or an infinity that means nothing.
+    """
+    floats = [column for column in dataset.columns if np.dtype(column.dtype).kind == "f"]
+    if not floats:
+        return
+    extra = {column.name for column in dataset.index.columns} & {COUNT}
+    names = {column.name for column in floats} | extra
+    reader = Dataset(dataset.path, dataset.split, names)
+    for begin in range(0, len(reader), ROWS_AT_ONCE):
+        batch = reader.batch(np.arange(begin, min(begin + ROWS_AT_ONCE, len(reader))))
+        for column in floats:
+            for row in _faulty_rows(column, batch):
+                raise ZooError(_describe(dataset, column, begin + row))
+
+
+def _faulty_rows(column: Column, batch: dict[str, NDArray[np.generic]]) -> Iterator[int]:
+    values = batch[column.name].astype(np.float32, copy=False)
+    sound = ~np.isnan(values) if column.name in INFINITE_WHERE_EMPTY else np.isfinite(values)
+    if column.name in PADDED and COUNT in batch:
+        counts = batch[COUNT].astype(np.int64)
+        padding = np.arange(values.shape[1]) >= counts[:, None]
+        sound |= padding.reshape(*padding.shape, *(1 for _ in values.shape[2:]))
+    elif column.name in PADDED:
+        sound |= np.isnan(values)
+    yield from np.flatnonzero(~sound.reshape(len(values), -1).all(axis=1)).tolist()
+
+
+def _describe(dataset: Dataset, column: Column, row: int) -> str:
+    return (
+        f"{dataset.path}: split {dataset.split!r}, row {row}{_recording(dataset, row)}: column "
+        f"{column.name} holds a number that is not finite, expected {column.unit or 'numbers'}. "
+        "Leave that recording out, or mend its sensor's data, and build the dataset again."
+    )
+
+
+def _recording(dataset: Dataset, row: int) -> str:
+    if RECORDING not in {column.name for column in dataset.index.columns}:
+        return ""
+    place = Dataset(dataset.path, dataset.split, [RECORDING]).row(row)[RECORDING]
+    return f" (recording {dataset.index.recordings[int(place)].name})"

@@ -1,0 +1,58 @@
+"""The rows of a split that an epoch reads, some of them mirrored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model_zoo.batches import RowSource
+from model_zoo.resampling import TrainingRows, rows_for_training
+from model_zoo.training.labels import Labels
+from model_zoo.training.recipe import Balance
+
+MIRRORED = "mirrored"
+
+
+@dataclass(frozen=True)
+class ChosenRows:
+    """Some rows of a dataset, perhaps repeatedly, as if they were all.
+
+    Attributes:
+        dataset: Where the rows come from.
+        rows: Which, in this order; where any is to be mirrored, batches have a column ``mirrored``
+            (rows,) that says which.
+    """
+
+    dataset: RowSource
+    rows: TrainingRows
+
+    @property
+    def digest(self) -> str:
+        """The dataset's."""
+        return self.dataset.digest
+
+    def __len__(self) -> int:
+        """Rows of an epoch."""
+        return len(self.rows)
+
+    def batch(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.generic]]:
+        """The chosen rows at these places."""
+        batch = self.dataset.batch(self.rows.indices[indices])
+        if self.rows.mirrored.any():
+            batch[MIRRORED] = self.rows.mirrored[indices]
+        return batch
+
+
+def choose_rows(labels: Labels, balance: Balance) -> TrainingRows:
+    """The rows with a judged step; under ``resample``, PAAD's choice among them.
+
+    Raises:
+        ZooError: Nothing to resample by: no row fails.
+    """
+    judged = labels.judged_rows
+    if balance != "resample":
+        return TrainingRows(judged, np.zeros(judged.size, np.bool_))
+    chosen = rows_for_training(labels.failing[judged])
+    return TrainingRows(judged[chosen.indices], chosen.mirrored)

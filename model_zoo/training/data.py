@@ -1,0 +1,129 @@
+"""The loaders of a training, over a dataset that was checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from lightning_fabric import Fabric
+
+from graspe_data.columns import Column
+from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
+from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from model_zoo.augmentation.sensor_settings import sensor_settings
+from model_zoo.batches import BatchLoader
+from model_zoo.contract import SuccessModel
+from model_zoo.training.check_values import check_values
+from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
+from model_zoo.training.chosen_rows import ChosenRows, choose_rows
+from model_zoo.training.labels import LABEL_COLUMNS, Labels, read_labels
+from model_zoo.training.machine import Machine
+from model_zoo.training.preparation import Preparation
+from model_zoo.training.recipe import Recipe
+from model_zoo.training.row_weights import RowWeights, balance_rows
+
+
+@dataclass(frozen=True)
+class TrainingData:
+    """What a training reads.
+
+    Attributes:
+        training: Full batches only: the rows that are left over differ from epoch to epoch.
+        validation: Padded, so that all ranks have as many batches.
+        weights: Of the training rows.
+        columns: As the dataset declares them.
+        digest: The dataset's.
+    """
+
+    training: BatchLoader
+    validation: BatchLoader
+    weights: RowWeights
+    columns: tuple[Column, ...]
+    digest: str
+
+
+def open_data(
+    folder: Path,
+    model: SuccessModel,
+    name: str,
+    recipe: Recipe,
+    machine: Machine,
+    fabric: Fabric,
+) -> TrainingData:
+    """Check a dataset and open its loaders; rank 0 alone looks for NaN.
+
+    Raises:
+        ZooError: The dataset does not fit the model or the recipe.
+        ShardError: It is no dataset, or damaged.
+    """
+    index = read_index(folder)
+    check_declared(index, model, name, str(folder))
+    labels = {split: read_labels(folder, split) for split in SPLITS}
+    check_forward(model, Dataset(folder, VALIDATION, model.columns), name)
+    if fabric.global_rank == 0:
+        for split in SPLITS:
+            check_values(Dataset(folder, split, model.columns))
+    fabric.barrier()
+    return TrainingData(
+        _training(index, folder, labels[TRAIN], model, recipe, machine, fabric),
+        _validation(folder, labels[VALIDATION], model, recipe, machine, fabric),
+        balance_rows(labels[TRAIN], recipe.balance),
+        index.columns,
+        index.dataset_digest,
+    )
+
+
+def _training(
+    index: DatasetIndex,
+    folder: Path,
+    labels: Labels,
+    model: SuccessModel,
+    recipe: Recipe,
+    machine: Machine,
+    fabric: Fabric,
+) -> BatchLoader:
+    asked = recipe.augmentation
+    augmentation = None if asked is None else sensor_settings(index, asked)
+    preparation = Preparation(augmentation, recipe.seed)
+    offered = [column.name for column in index.columns]
+    columns = (*preparation.columns(model.columns, offered), *LABEL_COLUMNS)
+    rows = choose_rows(labels, recipe.balance)
+    _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(folder))
+    return BatchLoader(
+        ChosenRows(Dataset(folder, TRAIN, columns), rows),
+        recipe.batch_size,
+        seed=recipe.seed,
+        rank=fabric.global_rank,
+        world_size=fabric.world_size,
+        tail="drop",
+        workers=machine.workers,
+        transform=preparation,
+    )
+
+
+def _validation(
+    folder: Path,
+    labels: Labels,
+    model: SuccessModel,
+    recipe: Recipe,
+    machine: Machine,
+    fabric: Fabric,
+) -> BatchLoader:
+    columns = (*model.columns, *LABEL_COLUMNS)
+    return BatchLoader(
+        ChosenRows(Dataset(folder, VALIDATION, columns), choose_rows(labels, "none")),
+        recipe.batch_size,
+        rank=fabric.global_rank,
+        world_size=fabric.world_size,
+        tail="pad",
+        workers=machine.workers,
+    )
+
+
+def _check_one_step(rows: int, step_size: int, where: str) -> None:
+    if rows < step_size:
+        raise ZooError(
+            f"{where}: {rows} training rows with a judged step do not fill one step of "
+            f"{step_size}. Set the recipe's batch_size lower, or take fewer ranks."
+        )

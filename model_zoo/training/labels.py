@@ -1,0 +1,67 @@
+"""The labels of a whole split, which are few bytes a row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
+from model_zoo.resampling import rows_with_failure
+
+SUCCESS, MASK = LABEL_COLUMNS = ("success", "success_mask")
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What is known of the rows of a split.
+
+    Attributes:
+        success: bool (N, T), whether the step succeeds.
+        mask: bool (N, T), whether it is judged.
+    """
+
+    success: NDArray[np.bool_]
+    mask: NDArray[np.bool_]
+
+    @property
+    def judged_rows(self) -> NDArray[np.int64]:
+        """Rows with a judged step: the others teach nothing and are not read."""
+        return np.flatnonzero(self.mask.any(axis=1)).astype(np.int64, copy=False)
+
+    @property
+    def failing(self) -> NDArray[np.bool_]:
+        """Whether a judged step of the row fails, (N,)."""
+        return rows_with_failure(self.success, self.mask)
+
+
+def read_labels(folder: Path, split: str) -> Labels:
+    """Read the labels of a split.
+
+    Raises:
+        ShardError: No such dataset, split or columns.
+        ZooError: The judged steps of the split are all of one class, or there are none.
+    """
+    rows = Dataset(folder, split, LABEL_COLUMNS)
+    arrays = rows.batch(np.arange(len(rows)))
+    labels = Labels(arrays[SUCCESS].astype(bool), arrays[MASK].astype(bool))
+    _check_classes(labels, f"{folder}: split {split!r}")
+    return labels
+
+
+def _check_classes(labels: Labels, where: str) -> None:
+    judged = labels.success[labels.mask]
+    if not judged.size:
+        raise ZooError(
+            f"{where}: none of {len(labels.mask)} rows has a judged step, expected both "
+            "successes and failures. Label its recordings (`graspe labels`) and build it again."
+        )
+    if judged.all() or not judged.any():
+        only = "successes" if judged.all() else "failures"
+        raise ZooError(
+            f"{where}: its {judged.size} judged steps are all {only}, expected both classes. Add "
+            f"recordings with the other, or move some from another split."
+        )

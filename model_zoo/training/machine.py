@@ -1,0 +1,68 @@
+"""What a training runs on: devices, readers, how often it saves; none of it is the recipe's."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import torch
+from lightning_fabric import Fabric
+from lightning_fabric.loggers.tensorboard import TensorBoardLogger
+from pydantic import Field
+
+from graspe_data.errors import ZooError
+from graspe_data.manifest import Settings
+from model_zoo.training.recipe import Recipe
+
+LOG_FOLDER = "log"
+
+
+class Machine(Settings):
+    """How a training uses the machine.
+
+    Attributes:
+        device: ``auto`` takes a GPU where there is one. Under ``torchrun`` every rank takes its
+            own.
+        workers: Processes of each rank that read and augment ahead; 0 reads between steps.
+        threads: Of torch, for each rank; None leaves torch's own choice.
+        state_every_s: Seconds after which the state is saved again.
+        state_every_steps: Steps after which it is saved as well; None goes by the time alone.
+        tensorboard: Whether losses, rates and scores are logged for TensorBoard.
+    """
+
+    device: Literal["auto", "cpu", "cuda"] = "auto"
+    workers: Annotated[int, Field(ge=0)] = 1
+    threads: Annotated[int, Field(gt=0)] | None = None
+    state_every_s: Annotated[float, Field(gt=0)] = 60.0
+    state_every_steps: Annotated[int, Field(gt=0)] | None = None
+    tensorboard: bool = True
+
+
+def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
+    """Join the other ranks, if ``torchrun`` started this one among some.
+
+    Args:
+        machine: The devices.
+        recipe: Its precision.
+        out: The run's folder; logs go to a folder in it.
+
+    Raises:
+        ZooError: A GPU is asked for and there is none.
+    """
+    if machine.device == "cuda" and not torch.cuda.is_available():
+        raise ZooError("device: cuda was asked for and torch finds none. Take auto or cpu.")
+    if machine.threads is not None:
+        torch.set_num_threads(machine.threads)
+    ranks, local = (int(os.environ.get(name, "1")) for name in ("WORLD_SIZE", "LOCAL_WORLD_SIZE"))
+    cuda = machine.device != "cpu" and torch.cuda.is_available()
+    fabric = Fabric(
+        accelerator="cuda" if cuda else "cpu",
+        devices=local,
+        num_nodes=ranks // local,
+        strategy="ddp" if ranks > 1 else "auto",
+        precision="bf16-mixed" if recipe.precision == "bf16" else "32-true",
+        loggers=[TensorBoardLogger(out, LOG_FOLDER, "")] if machine.tensorboard else [],
+    )
+    fabric.launch()
+    return fabric

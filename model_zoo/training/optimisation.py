@@ -1,0 +1,81 @@
+"""One step: a batch moves the weights."""
+
+from __future__ import annotations
+
+import torch
+from lightning_fabric import Fabric
+from torch import Tensor, nn
+
+from model_zoo.batches import Batch
+from model_zoo.contract import Observation, SuccessModel
+from model_zoo.training.labels import MASK, SUCCESS
+from model_zoo.training.learning_rate import learning_rate
+from model_zoo.training.recipe import Recipe
+from model_zoo.training.row_weights import RowWeights
+from model_zoo.training.step_seed import step_seed
+
+
+class Optimisation:
+    """A model, its optimiser, and the ranks that share them.
+
+    Attributes:
+        model: Not wrapped.
+        adam: Its optimiser, not wrapped.
+    """
+
+    def __init__(
+        self, fabric: Fabric, model: SuccessModel, recipe: Recipe, weights: RowWeights
+    ) -> None:
+        """Move the model to the rank's device, and to the other ranks' weights."""
+        self._fabric, self._recipe, self._weights = fabric, recipe, weights
+        self.model = model
+        self.adam = torch.optim.Adam(
+            [weight for weight in model.parameters() if weight.requires_grad],
+            lr=recipe.learning_rate,
+            weight_decay=recipe.weight_decay,
+        )
+        self._module, self._optimiser = fabric.setup(_LossModule(model), self.adam)
+
+    def step(self, loaded: Batch, step: int, steps: int) -> dict[str, Tensor]:
+        """Do one step, in training mode; what it draws follows from seed, step and rank.
+
+        Args:
+            loaded: A batch on the CPU.
+            step: Steps done before.
+            steps: Of the whole training.
+
+        Returns:
+            Scalars: ``loss``, its parts, and ``gradient_length`` before it was clipped.
+        """
+        fabric, recipe = self._fabric, self._recipe
+        torch.manual_seed(step_seed(recipe.seed, step, fabric.global_rank))
+        self._module.train()
+        for group in self.adam.param_groups:
+            group["lr"] = learning_rate(recipe, step, steps)
+        loss, parts = self._module(*self._arguments(fabric.to_device(loaded)))
+        self._optimiser.zero_grad(set_to_none=True)
+        fabric.backward(loss)
+        limit = recipe.gradient_clip or float("inf")
+        length = nn.utils.clip_grad_norm_(self._module.parameters(), limit)
+        self._optimiser.step()
+        return {**parts, "loss": loss.detach(), "gradient_length": length}
+
+    def _arguments(self, batch: Batch) -> tuple[Observation, Tensor, Tensor, Tensor]:
+        """The model's columns alone, labels, mask and weights."""
+        success, mask = batch[SUCCESS].float(), batch[MASK].bool()
+        observation = {name: batch[name] for name in self.model.columns}
+        return observation, success, mask, self._weights.of(success, mask)
+
+
+class _LossModule(nn.Module):
+    """A model whose forward pass is its loss, as wrappers of modules expect."""
+
+    def __init__(self, model: SuccessModel) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(
+        self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor
+    ) -> tuple[Tensor, dict[str, Tensor]]:
+        loss = self.model.loss(observation, success, mask, weight)
+        return loss.total, {name: part.detach() for name, part in loss.parts.items()}

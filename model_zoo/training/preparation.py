@@ -1,0 +1,49 @@
+"""What is done to training batches after they are read: rows are mirrored, sensors fail."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from model_zoo.augmentation.augment import augment, columns_needed
+from model_zoo.augmentation.mirror import mirror
+from model_zoo.augmentation.settings import AugmentationSettings
+from model_zoo.batches import Batch
+from model_zoo.training.chosen_rows import MIRRORED
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """Prepares batches, where they are read; its randomness follows from seed and number alone.
+
+    Attributes:
+        augmentation: None leaves rows as they are, but for those marked ``mirrored``.
+        seed: The recipe's.
+    """
+
+    augmentation: AugmentationSettings | None
+    seed: int
+
+    def __call__(self, batch: Batch, number: int) -> Batch:
+        """Mirror the marked rows and drop the mark, then augment.
+
+        Args:
+            batch: Columns of the same rows.
+            number: Of the batch, its own among those of all ranks.
+        """
+        if MIRRORED in batch:
+            marked = batch[MIRRORED]
+            batch = mirror({key: batch[key] for key in batch if key != MIRRORED}, marked)
+        if self.augmentation is None:
+            return batch
+        return augment(batch, self.augmentation, self.seed, number)
+
+    def columns(self, wanted: Collection[str], offered: Collection[str]) -> tuple[str, ...]:
+        """The columns to read so that these can be prepared.
+
+        Raises:
+            ZooError: Augmentation does not know one of them.
+        """
+        if self.augmentation is None:
+            return tuple(wanted)
+        return columns_needed(wanted, offered)

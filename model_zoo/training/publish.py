@@ -1,0 +1,71 @@
+"""The end of a training: scores, calibration, checkpoint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lightning_fabric import Fabric
+from pydantic import JsonValue
+
+from model_zoo.checkpoints.calibration import fit_temperature
+from model_zoo.checkpoints.write import write_checkpoint
+from model_zoo.contract import SuccessModel
+from model_zoo.evaluation.score_cells import METRICS
+from model_zoo.training.data import TrainingData
+from model_zoo.training.history import best_epoch
+from model_zoo.training.state import Identity, TrainingState
+from model_zoo.training.validation import Predictions, predict
+
+
+def publish(
+    fabric: Fabric,
+    model: SuccessModel,
+    data: TrainingData,
+    identity: Identity,
+    state: TrainingState,
+    folder: Path,
+) -> None:
+    """Score the model on the validation rows and write its checkpoint.
+
+    Rank 0 writes; all go on once it is there.
+
+    Args:
+        fabric: The ranks.
+        model: With its best weights.
+        data: What it was trained on.
+        identity: Of the training.
+        state: What it came to.
+        folder: Of the checkpoint.
+
+    Raises:
+        ZooError: It cannot be written.
+    """
+    predictions = predict(fabric, model, data.validation)
+    if fabric.is_global_zero:
+        write_checkpoint(
+            folder,
+            model_name=identity.model,
+            preset=identity.preset,
+            numbers=identity.numbers,
+            model=model,
+            columns=data.columns,
+            recipe=identity.recipe.model_dump(mode="json"),
+            dataset_digest=identity.dataset,
+            metrics=_metrics(predictions, state),
+            calibration=fit_temperature(predictions.logits, predictions.success, predictions.mask),
+        )
+    fabric.barrier()
+
+
+def _metrics(predictions: Predictions, state: TrainingState) -> dict[str, JsonValue]:
+    """Scores on the validation rows, and the epochs they were chosen from."""
+    scored = (predictions.probability, predictions.success, predictions.mask)
+    timing = {"seconds", "samples_per_s", "data_wait_share"}
+    return {
+        **{name: score(*scored) for name, score in METRICS.items()},
+        "loss": predictions.loss(),
+        "best_epoch": best_epoch(state.history),
+        "epochs": len(state.history),
+        "steps": state.step,
+        "history": [record.model_dump(mode="json", exclude=timing) for record in state.history],
+    }

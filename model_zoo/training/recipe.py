@@ -1,0 +1,68 @@
+"""What decides how a model is trained; ``manifests/recipes`` has those that ship."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from graspe_data.errors import ManifestError, ZooError
+from graspe_data.manifest import Settings, find_manifest, load_manifest
+from model_zoo.augmentation.settings import AugmentationSettings
+
+Balance = Literal["none", "rows", "resample"]
+Count = Annotated[int, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0)]
+
+
+class Recipe(Settings):
+    """Everything that decides the weights, beside the model, the dataset and the ranks.
+
+    The defaults are PAAD's and GrASPE's: Adam, 5e-4, 1.5e-4, batches of 16, 50 epochs.
+
+    Attributes:
+        epochs: Passes over the training rows.
+        most_steps: Stop after so many steps even where epochs are left, so that models whose
+            epochs differ in length can have the same budget; None leaves it to the epochs.
+        batch_size: Rows of a step and a rank.
+        learning_rate: Of Adam, at its highest.
+        weight_decay: Of Adam, as L2 penalty.
+        gradient_clip: Longest gradient; None does not clip.
+        schedule: ``constant``, or ``cosine`` down to zero at the last step.
+        warm_up_steps: Steps over which the learning rate rises from zero.
+        balance: Rows that fail against rows that do not: ``rows`` weighs both alike in the loss,
+            ``resample`` takes PAAD's choice of rows, ``none`` leaves them as they are.
+        augmentation: How often which rows are mirrored and which sensors fail; ``{}`` takes its
+            defaults, None leaves rows as they are.
+        patience: Epochs without a better validation AU-ROC after which training stops; None
+            never stops early. The best epoch's weights are kept in any case.
+        precision: ``bf16`` computes in mixed precision.
+        seed: Of the weights, the order and all that is random.
+    """
+
+    epochs: Count = 50
+    most_steps: Count | None = None
+    batch_size: Count = 16
+    learning_rate: Positive = 5e-4
+    weight_decay: Annotated[float, Field(ge=0)] = 1.5e-4
+    gradient_clip: Positive | None = 5.0
+    schedule: Literal["constant", "cosine"] = "constant"
+    warm_up_steps: Annotated[int, Field(ge=0)] = 0
+    balance: Balance = "rows"
+    augmentation: AugmentationSettings | None = None
+    patience: Count | None = 10
+    precision: Literal["float32", "bf16"] = "float32"
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+def load_recipe(name: str | Path) -> Recipe:
+    """A recipe by path, or by the name of one that ships.
+
+    Raises:
+        ZooError: There is none, or it does not validate.
+    """
+    try:
+        return load_manifest(find_manifest("recipes", name), Recipe)
+    except ManifestError as error:
+        raise ZooError(str(error)) from error

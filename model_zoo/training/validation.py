@@ -1,0 +1,91 @@
+"""What a model says of the validation rows, from all ranks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from lightning_fabric import Fabric
+from numpy.typing import NDArray
+from torch import Tensor
+
+from graspe_data.errors import ZooError
+from model_zoo.batches import BatchLoader
+from model_zoo.contract import SuccessModel
+from model_zoo.evaluation.metrics import au_roc
+from model_zoo.training.labels import MASK, SUCCESS
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """Logits and labels of the same rows, in any order.
+
+    Attributes:
+        logits: float64 (N, T), log-odds of success.
+        success: bool (N, T).
+        mask: bool (N, T), whether the step is judged.
+    """
+
+    logits: NDArray[np.float64]
+    success: NDArray[np.bool_]
+    mask: NDArray[np.bool_]
+
+    @property
+    def probability(self) -> NDArray[np.float64]:
+        """Of success, (N, T)."""
+        return np.exp(-np.logaddexp(0, -self.logits))
+
+    def au_roc(self) -> float:
+        """Area under the ROC curve, all judged steps pooled; logits rank as probabilities do.
+
+        Raises:
+            ZooError: A logit is not finite, or the labels are all of one class.
+        """
+        area = au_roc(self.logits, self.success, self.mask)
+        if area is None:
+            raise ZooError("validation: the judged steps are all of one class.")
+        return area
+
+    def loss(self) -> float:
+        """Mean cross-entropy of the judged steps, nats."""
+        logits, success = self.logits[self.mask], self.success[self.mask]
+        return float(np.mean(np.logaddexp(0, logits) - success * logits))
+
+
+def predict(fabric: Fabric, model: SuccessModel, loader: BatchLoader) -> Predictions:
+    """Run the model over all rows, shared by the ranks; it is left in evaluation mode.
+
+    The rows come in the same order each time, so that sums over them are the same to the bit.
+
+    Args:
+        fabric: The ranks, and the precision.
+        model: Not wrapped.
+        loader: With tail ``pad``; it is wound back.
+
+    Returns:
+        The predictions of all rows, on every rank.
+    """
+    model.eval()
+    loader.resume(0, loader.order.digest)
+    parts: list[tuple[Tensor, Tensor, Tensor]] = []
+    with torch.inference_mode():
+        for loaded in loader:
+            batch = fabric.to_device(loaded)
+            with fabric.autocast():
+                logits = model.logits({name: batch[name] for name in model.columns})
+            parts.append((logits.double(), batch[SUCCESS].bool(), batch[MASK].bool()))
+    gathered = [
+        _gather(fabric, torch.cat(column), loader.order.rows) for column in zip(*parts, strict=True)
+    ]
+    return Predictions(*(column.cpu().numpy() for column in gathered))
+
+
+def _gather(fabric: Fabric, mine: Tensor, rows: int) -> Tensor:
+    """Of each step rank r took every world_size-th row: interleave, and cut the padding off."""
+    if fabric.world_size == 1:
+        return mine[:rows]
+    everyone = fabric.all_gather(mine)
+    if not isinstance(everyone, Tensor):
+        raise TypeError(type(everyone))
+    return everyone.transpose(0, 1).flatten(0, 1)[:rows]

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+import pytest
+import torch
+from torch import Tensor
+
+from graspe_data.errors import ZooError
+from model_zoo.augmentation import CONDITIONS, Condition, apply_condition
+
+Make = Callable[..., dict[str, Tensor]]
+
+FAILING = [condition for condition in CONDITIONS if condition != "clean"]
+
+
+def same(one: Tensor, other: Tensor) -> bool:
+    return torch.equal(one.nan_to_num(-9), other.nan_to_num(-9))
+
+
+def test_the_conditions() -> None:
+    assert CONDITIONS == ("clean", "dark", "blurred", "covered", "lidar_sector_lost")
+
+
+def test_clean_changes_nothing(make_batch: Make) -> None:
+    batch = make_batch()
+    found = apply_condition(batch, "clean", 0)
+    assert all(found[name] is batch[name] for name in batch)
+
+
+@pytest.mark.parametrize("condition", ["dark", "blurred", "covered"])
+def test_every_picture_gets_less_reliable(make_batch: Make, condition: Condition) -> None:
+    batch = make_batch()
+    found = apply_condition(batch, condition, 0)
+    assert (found["r_img"] < batch["r_img"]).all()
+    assert same(found["points"], batch["points"])
+
+
+def test_every_cloud_and_scan_loses_a_right_angle(make_batch: Make) -> None:
+    batch = make_batch()
+    batch["laser_scan"] = torch.ones_like(batch["laser_scan"])
+    found = apply_condition(batch, "lidar_sector_lost", 0)
+    assert (found["point_count"] < batch["point_count"]).all()
+    lost = found["laser_scan"].isinf().sum(1)
+    assert (abs(lost - 360) <= 1).all()
+    assert torch.equal(found["image"], batch["image"])
+
+
+@pytest.mark.parametrize("condition", FAILING)
+def test_a_row_with_a_stamp_fails_alike_in_any_batch(
+    make_batch: Make, condition: Condition
+) -> None:
+    batch = make_batch(4)
+    whole = apply_condition(batch, condition, 7)
+    turned = apply_condition({name: c.flip(0) for name, c in batch.items()}, condition, 7)
+    assert all(same(turned[name].flip(0), whole[name]) for name in batch)
+
+
+@pytest.mark.parametrize("condition", FAILING)
+def test_without_a_stamp_the_place_in_the_call_counts(
+    make_batch: Make, condition: Condition
+) -> None:
+    batch = make_batch(4)
+    del batch["stamp_ns"]
+    whole = apply_condition(batch, condition, 7)
+    first = apply_condition({name: column[:2] for name, column in batch.items()}, condition, 7)
+    assert all(same(first[name], whole[name][:2]) for name in batch)
+    other = apply_condition(batch, condition, 8)
+    assert not all(same(other[name], whole[name]) for name in batch)
+
+
+def test_an_unknown_condition_is_refused(make_batch: Make) -> None:
+    with pytest.raises(ZooError, match="dark"):
+        apply_condition(make_batch(), cast("Condition", "foggy"), 0)

@@ -1,0 +1,98 @@
+"""A model of a dozen weights, and a dataset that it can read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from graspe_data.columns import Column
+from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.shard_writer import write_shard
+from model_zoo.contract import Observation, SuccessModel
+
+HORIZON = 3
+_COMMON = {"unit": "", "frame": "", "meaning": "", "stage": "test"}
+INPUTS = (
+    Column(name="velocity_history", dtype="float32", shape=(4, 2), **_COMMON),
+    Column(name="r_img", dtype="float32", shape=(), **_COMMON),
+)
+COLUMNS = (
+    *INPUTS,
+    Column(name="image", dtype="uint8", shape=(6, 8, 3), **_COMMON),
+    Column(name="success", dtype="uint8", shape=(HORIZON,), **_COMMON),
+    Column(name="success_mask", dtype="bool", shape=(HORIZON,), **_COMMON),
+    Column(name="recording", dtype="int32", shape=(), **_COMMON),
+)
+
+
+class TinyModel(SuccessModel):
+    """A linear layer."""
+
+    columns = ("velocity_history", "r_img")
+
+    def __init__(self, horizon: int = HORIZON) -> None:
+        super().__init__()
+        self.horizon = horizon
+        self.linear = nn.Linear(9, horizon)
+        self.register_buffer("calls", torch.zeros((), dtype=torch.int64))
+
+    def logits(self, observation: Observation) -> Tensor:
+        assert set(observation) == set(self.columns)
+        history = observation["velocity_history"].flatten(1)
+        out: Tensor = self.linear(torch.cat([history, observation["r_img"][:, None]], dim=1))
+        return out
+
+
+def write_tiny_dataset(
+    folder: Path,
+    groups: Sequence[str],
+    rows: int = 12,
+    *,
+    columns: Sequence[Column] = COLUMNS,
+    judged: float = 0.9,
+    **replaced: object,
+) -> Path:
+    """A split ``test`` with one recording of so many rows for each group; labels follow r_img."""
+    random = np.random.default_rng(0)
+    count = rows * len(groups)
+    r_img = random.random(count, dtype=np.float32)
+    chance = np.sort(random.random((count, HORIZON)), axis=1)
+    arrays: dict[str, NDArray[np.generic]] = {
+        "velocity_history": random.normal(size=(count, 4, 2)).astype(np.float32),
+        "r_img": r_img,
+        "image": random.integers(0, 256, (count, 6, 8, 3), dtype=np.uint8),
+        "success": (chance < r_img[:, None]).astype(np.uint8),
+        "success_mask": random.random((count, HORIZON)) < judged,
+        "recording": np.repeat(np.arange(len(groups), dtype=np.int32), rows),
+    }
+    for name, value in replaced.items():
+        arrays[name] = np.full_like(arrays[name], value)
+    _commit(folder, groups, rows, columns, {c.name: arrays[c.name] for c in columns})
+    return folder
+
+
+def _commit(
+    folder: Path,
+    groups: Sequence[str],
+    rows: int,
+    columns: Sequence[Column],
+    arrays: dict[str, NDArray[np.generic]],
+) -> None:
+    shard = write_shard(folder, "test/0.npz", columns, arrays)
+    recordings = [
+        RecordingEntry(name=f"{k}.bag", digest=f"{k:064x}", group=group, split="test", rows=rows)
+        for k, group in enumerate(groups)
+    ]
+    index = DatasetIndex(
+        name="tiny",
+        columns=tuple(columns),
+        group_key="place",
+        splits={"test": [shard]},
+        recordings=recordings,
+    )
+    write_index(folder, index)

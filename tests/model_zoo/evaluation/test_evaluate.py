@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from graspe_data.errors import ShardError, ZooError
+from graspe_data.shards import Dataset
+from model_zoo.checkpoints import load_checkpoint
+from model_zoo.evaluation import evaluate, metrics, read_evaluation
+from model_zoo.evaluation.evaluation import Evaluation
+from tests.model_zoo.checkpoints.tiny_model import COLUMNS, TinyModel, write_tiny_dataset
+
+Write = Callable[..., Path]
+GROUPS = ("hill", "hill", "hill", "lake", "lake", "lake", "", "")
+
+
+@pytest.fixture
+def dataset(tmp_path: Path) -> Path:
+    return write_tiny_dataset(tmp_path / "data", GROUPS)
+
+
+def evaluated(folder: Path, dataset: Path, **changed: object) -> Evaluation:
+    arguments = {"conditions": ("clean",), "resamples": 50, "batch_size": 7} | changed
+    return evaluate(load_checkpoint(folder), dataset, **arguments)  # type: ignore[arg-type]
+
+
+def test_scores_are_those_of_the_predictions_scenario_by_scenario(
+    write_tiny: Write, dataset: Path
+) -> None:
+    folder = write_tiny()
+    found = evaluated(folder, dataset)
+    rows = Dataset(dataset, "test").batch(range(96))
+    observation = {name: torch.from_numpy(rows[name]) for name in TinyModel.columns}
+    p = load_checkpoint(folder).predict(observation).numpy()
+    assert found.scenarios == ("hill", "lake", "ungrouped")
+    for scenario, chosen in (("all", slice(96)), ("hill", slice(36)), ("lake", slice(36, 72))):
+        cell = found.cell(scenario)
+        assert cell is not None
+        labelled = (p[chosen], rows["success"][chosen], rows["success_mask"][chosen])
+        assert cell.scores["au_roc"].value == pytest.approx(metrics.au_roc(*labelled))
+        assert cell.scores["brier"].value == pytest.approx(metrics.brier(*labelled))
+        assert cell.judged == labelled[2].sum()
+        low, high = cell.scores["au_roc"].low, cell.scores["au_roc"].high
+        assert low is not None
+        assert high is not None
+        assert low < high
+        assert len(cell.au_roc_resamples) == 50
+
+
+def test_two_recordings_give_no_interval(write_tiny: Write, dataset: Path) -> None:
+    cell = evaluated(write_tiny(), dataset).cell("ungrouped")
+    assert cell is not None
+    assert cell.recordings == 2
+    assert cell.scores["au_roc"].value is not None
+    assert cell.scores["au_roc"].low is None
+    assert cell.au_roc_resamples == ()
+
+
+def test_an_evaluation_names_what_it_is_of_and_is_read_back(
+    write_tiny: Write, dataset: Path, tmp_path: Path
+) -> None:
+    checkpoint = load_checkpoint(write_tiny(seed=4))
+    found = evaluate(checkpoint, dataset, conditions=("clean",), resamples=10)
+    assert (found.model, found.preset, found.seed, found.parameters) == ("tiny", "small", 4, 30)
+    assert (found.checkpoint, found.temperature) == (checkpoint.digest, 2.0)
+    assert found.dataset == Dataset(dataset, "test").digest
+    assert found.latency.median_ms <= found.latency.p90_ms
+    assert found.latency.weight_bytes == 30 * 4 + 8
+    found.write(tmp_path / "evaluation.json")
+    assert read_evaluation(tmp_path / "evaluation.json") == found
+
+
+def test_batches_change_nothing(write_tiny: Write, dataset: Path) -> None:
+    cells = [evaluated(write_tiny(), dataset, batch_size=size).cells for size in (1, 7, 100)]
+    for other in cells[1:]:
+        for one, same in zip(cells[0], other, strict=True):
+            assert one.scores["brier"].value == pytest.approx(same.scores["brier"].value)
+
+
+class Heard:
+    def __init__(self) -> None:
+        self.said: list[object] = []
+
+    def start(self, what: str, total: int) -> None:
+        self.said.append((what, total))
+
+    def advance(self, message: str) -> None:
+        self.said.append(message)
+
+
+def test_progress_is_told(write_tiny: Write, dataset: Path) -> None:
+    heard = Heard()
+    evaluated(write_tiny(), dataset, batch_size=60, progress=heard)
+    assert heard.said == [("batches", 2), "tiny: 60 of 96 rows", "tiny: 96 of 96 rows"]
+
+
+def test_conditions_change_what_is_seen(write_tiny: Write, dataset: Path) -> None:
+    found = evaluated(write_tiny(), dataset, conditions=("clean", "dark"))
+    assert found.conditions == ("clean", "dark")
+    clean, dark = found.cell("all", "clean"), found.cell("all", "dark")
+    assert clean is not None
+    assert dark is not None
+    assert clean.scores["au_roc"].value != dark.scores["au_roc"].value
+    assert clean.judged == dark.judged
+
+
+def test_one_class_is_no_fault_of_a_test_split(write_tiny: Write, tmp_path: Path) -> None:
+    folder = write_tiny_dataset(tmp_path / "good", ("hill", "hill"), success=True)
+    cell = evaluated(write_tiny(), folder).cell()
+    assert cell is not None
+    assert cell.success_share == 1
+    assert cell.scores["au_roc"].value is None
+    assert cell.scores["brier"].value is not None
+    assert cell.roc is None
+
+
+def test_data_that_does_not_fit_is_refused(
+    write_tiny: Write, dataset: Path, tmp_path: Path
+) -> None:
+    folder = write_tiny()
+    for conditions in ((), ("clean", "foggy"), ("clean", "clean")):
+        with pytest.raises(ZooError, match="give one or more, once each, of clean, dark"):
+            evaluated(folder, dataset, conditions=conditions)
+    with pytest.raises(ShardError, match="no split 'exam'"):
+        evaluated(folder, dataset, split="exam")
+    blind = tuple(column for column in COLUMNS if column.name != "r_img")
+    lacking = write_tiny_dataset(tmp_path / "blind", ("hill",), columns=blind)
+    with pytest.raises(ZooError, match="no column 'r_img', which tiny reads"):
+        evaluated(folder, lacking)
+    nameless = tuple(column for column in COLUMNS if column.name != "recording")
+    lacking = write_tiny_dataset(tmp_path / "nameless", ("hill",), columns=nameless)
+    with pytest.raises(ZooError, match=r"column recording: .*found no such column"):
+        evaluated(folder, lacking)
+    with pytest.raises(ZooError, match="a group is named 'all'"):
+        evaluated(folder, write_tiny_dataset(tmp_path / "all", ("all",)))
+    unjudged = write_tiny_dataset(tmp_path / "unjudged", ("hill",), judged=0.0)
+    with pytest.raises(ZooError, match=r"none of the 12 rows .* has a judged step"):
+        evaluated(folder, unjudged)
+    further = TinyModel(4)
+    other = write_tiny("further", model=further, numbers={"horizon": 4})
+    with pytest.raises(ZooError, match=r"column success: expected rows of shape \(4,\)"):
+        evaluated(other, dataset)
+
+
+def test_nan_in_a_column_is_named_as_a_cause(write_tiny: Write, tmp_path: Path) -> None:
+    folder = write_tiny_dataset(tmp_path / "nan", ("hill",), r_img=np.float32(np.nan))
+    with pytest.raises(ZooError, match=r"not finite under 'clean'\. Look for NaN"):
+        evaluated(write_tiny(), folder)
+
+
+def test_files_that_are_no_evaluation_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "evaluation.json"
+    with pytest.raises(ZooError, match="cannot be read"):
+        read_evaluation(path)
+    for text, said in (
+        ("[]", "expected a mapping"),
+        ("{", "not valid JSON"),
+        ("{}", "model: Field required"),
+        ('{"format": "graspe-evaluation-7"}', "format"),
+    ):
+        path.write_text(text)
+        with pytest.raises(ZooError, match=said):
+            read_evaluation(path)

@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn.functional import elu
+from torch_geometric.nn import GATConv, GCNConv
+
+from model_zoo.layers.attention_graph_network import (
+    AttentionGraphNetwork,
+    AttentionGraphSettings,
+)
+
+Case = tuple[Tensor, Tensor, Tensor]
+
+
+def a_case() -> Case:
+    torch.manual_seed(1)
+    return torch.rand(3, 120), torch.rand(3), torch.rand(3)
+
+
+def by_pyg(network: AttentionGraphNetwork, case: Case) -> Tensor:
+    """The same network on PyTorch Geometric's sparse layers, graph by graph."""
+    first, second = GCNConv(1, 16), GCNConv(16, 16)
+    attention = GATConv(16, 4, 4, edge_dim=1)
+    first.load_state_dict(network.first.state_dict())
+    second.load_state_dict(network.second.state_dict())
+    attention.load_state_dict(network.attention.state_dict())
+    weights = network.graph.edge_weights(*case)
+    edges = (~torch.eye(120, dtype=torch.bool)).nonzero().t()
+    rows = []
+    for x, matrix in zip(case[0], weights, strict=True):
+        weight = matrix[edges[0], edges[1]]
+        nodes = first(x[:, None], edges, weight).relu()
+        nodes = elu(attention(nodes, edges, weight[:, None]))
+        rows.append(second(nodes, edges, weight).relu().flatten())
+    return network.head(torch.stack(rows))  # type: ignore[no-any-return]
+
+
+def test_the_whole_network_equals_pyg() -> None:
+    network = AttentionGraphNetwork(10, AttentionGraphSettings()).eval()
+    for parameter in network.parameters():
+        nn.init.normal_(parameter, std=0.3)
+    case = a_case()
+    torch.testing.assert_close(network(*case), by_pyg(network, case), atol=1e-5, rtol=1e-5)
+
+
+def test_rows_of_a_batch_do_not_mix() -> None:
+    network = AttentionGraphNetwork(10, AttentionGraphSettings()).eval()
+    case = a_case()
+    order = torch.tensor([2, 0, 1])
+    permuted = network(*(part[order] for part in case))
+    torch.testing.assert_close(permuted, network(*case)[order])
+
+
+def test_nodes_of_one_sensor_may_change_places_until_they_are_put_in_a_row() -> None:
+    network = AttentionGraphNetwork(10, AttentionGraphSettings()).eval()
+    network.head = nn.Identity()  # type: ignore[assignment]
+    features, *reliabilities = a_case()
+    order = torch.cat([torch.randperm(40), 40 + torch.randperm(40), 80 + torch.randperm(40)])
+    nodes = network(features, *reliabilities).unflatten(1, (120, 16))
+    permuted = network(features[:, order], *reliabilities).unflatten(1, (120, 16))
+    torch.testing.assert_close(permuted, nodes[:, order], atol=1e-6, rtol=1e-5)
+
+
+def test_each_reliability_changes_the_output() -> None:
+    network = AttentionGraphNetwork(10, AttentionGraphSettings()).eval()
+    features, image, point = a_case()
+    before = network(features, image, point)
+    assert not torch.equal(before, network(features, 1 - image, point))
+    assert not torch.equal(before, network(features, image, 1 - point))
+
+
+def test_every_parameter_learns() -> None:
+    network = AttentionGraphNetwork(10, AttentionGraphSettings())
+    network(*a_case()).square().sum().backward()
+    assert all(p.grad is not None and p.grad.any() for p in network.parameters())

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from model_zoo.point_choice import choose_points
+
+
+def rows(*counts: int, size: int) -> tuple[torch.Tensor, torch.Tensor]:
+    """Points whose x is their index, NaN past the count."""
+    points = torch.arange(size).float()[None, :, None].repeat(len(counts), 1, 3)
+    for row, count in enumerate(counts):
+        points[row, count:] = torch.nan
+    return points, torch.tensor(counts, dtype=torch.int32)
+
+
+@given(st.integers(0, 40), st.integers(0, 40), st.integers(1, 60))
+def test_padding_is_never_chosen_and_use_is_even(first: int, second: int, number: int) -> None:
+    chosen = choose_points(*rows(first, second, size=40), number)
+    assert chosen.shape == (2, number, 3)
+    assert not chosen.isnan().any()
+    for count, row in zip((first, second), chosen[:, :, 0], strict=True):
+        if count == 0:
+            assert not row.any()
+            continue
+        uses = row.unique(return_counts=True)[1]
+        assert uses.numel() == min(count, number)
+        assert uses.max() - uses.min() <= 1
+
+
+def test_more_are_evenly_spaced_and_fewer_repeated_in_turn() -> None:
+    chosen = choose_points(*rows(10, 2, size=10), 5)
+    assert chosen[0, :, 0].tolist() == [0, 2, 4, 6, 8]
+    assert chosen[1, :, 0].tolist() == [0, 1, 0, 1, 0]
+
+
+def test_as_many_as_wanted_are_taken_as_they_are() -> None:
+    points, count = rows(7, size=7)
+    assert torch.equal(choose_points(points, count, 7), points)

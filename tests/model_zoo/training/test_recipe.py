@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from graspe_data.errors import ZooError
+from model_zoo.training.labels import Labels
+from model_zoo.training.learning_rate import learning_rate
+from model_zoo.training.recipe import Recipe, load_recipe
+from model_zoo.training.row_weights import RowWeights, balance_rows
+from model_zoo.training.step_seed import step_seed
+
+
+@pytest.mark.parametrize("name", ["paper", "small", "smoke"])
+def test_the_shipped_recipes(name: str) -> None:
+    recipe = load_recipe(name)
+    assert (recipe.learning_rate, recipe.weight_decay) == (5e-4, 1.5e-4)
+    assert recipe.augmentation is not None
+
+
+def test_an_unknown_key_or_name_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "recipe.yaml"
+    file.write_text("epoch: 3\n")
+    with pytest.raises(ZooError, match=r"epoch: unknown key\. Did you mean 'epochs'"):
+        load_recipe(file)
+    with pytest.raises(ZooError, match="Did you mean 'small'"):
+        load_recipe("smal")
+
+
+def test_the_rate_rises_then_falls_to_nothing() -> None:
+    recipe = Recipe(learning_rate=1.0, schedule="cosine", warm_up_steps=4)
+    rates = [learning_rate(recipe, step, 104) for step in range(104)]
+    assert rates[:5] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+    assert rates[54] == pytest.approx(0.5)
+    assert rates[4:] == sorted(rates[4:], reverse=True)
+    assert 0 < rates[-1] < 1e-3
+    assert {learning_rate(Recipe(), step, 9) for step in range(9)} == {5e-4}
+
+
+@given(seed=st.integers(0, 2**40), step=st.integers(-1, 2**40), rank=st.integers(0, 64))
+def test_seeds_are_torchs_and_each_step_has_its_own(seed: int, step: int, rank: int) -> None:
+    found = step_seed(seed, step, rank)
+    assert 0 <= found < 2**63
+    others = {step_seed(seed, step + 1, rank), step_seed(seed + 1, step, rank)}
+    assert found not in others | {step_seed(seed, step, rank + 1)}
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=40))
+def test_both_kinds_of_rows_weigh_half_and_the_mean_is_one(fails: list[bool]) -> None:
+    success = ~torch.tensor(fails)[:, None].expand(-1, 2)
+    mask = torch.ones_like(success)
+    weights = balance_rows(Labels(success.numpy(), mask.numpy()), "rows")
+    each = weights.of(success.float(), mask)
+    assert each.mean() == pytest.approx(1)
+    if len(set(fails)) == 2:
+        assert each[torch.tensor(fails)].sum() == pytest.approx(len(fails) / 2)
+
+
+def test_a_step_that_is_not_judged_makes_no_row_fail() -> None:
+    success, mask = torch.zeros(1, 2), torch.tensor([[False, False]])
+    assert RowWeights(1.0, 5.0).of(success, mask).tolist() == [1.0]
+
+
+def test_without_balance_all_weigh_one() -> None:
+    labels = Labels(torch.eye(3).bool().numpy(), torch.ones(3, 3).bool().numpy())
+    assert balance_rows(labels, "none") == balance_rows(labels, "resample") == RowWeights()
