@@ -9,13 +9,14 @@ WORKERS ?= 2
 export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
-.PHONY: help setup system demo test lint format bench soak dataset field clean
+.PHONY: help setup system demo test lint format bench soak dataset field zoo clean
 
 help:
 	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
 	@echo "make test                          the whole suite"
 	@echo "make dataset BAGS=... OUT=...      your own bags (MANIFEST=$(MANIFEST), WORKERS=$(WORKERS))"
 	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES))"
+	@echo "make zoo DATA=... OUT=...         every model under one budget (RECIPE=$(RECIPE), PRESET=$(PRESET), SEEDS=$(SEEDS))"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
 
 system:
@@ -73,6 +74,14 @@ field: setup
 	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),1,900) && ) true
 	$(BIN)/graspe dataset build field --recordings $(FIELD)/recordings --out $(FIELD)/dataset --workers $(WORKERS)
 	$(BIN)/graspe dataset report $(FIELD)/dataset
+
+# Every model under one budget, evaluated and compared; run again, it goes on where it stopped.
+RECIPE ?= small
+PRESET ?= small
+SEEDS ?= 1
+zoo: setup
+	@test -n "$(DATA)" -a -n "$(OUT)" || { echo "usage: make zoo DATA=dataset OUT=folder [RECIPE=$(RECIPE) PRESET=$(PRESET) SEEDS=$(SEEDS)]"; exit 2; }
+	$(BIN)/graspe zoo run --data $(DATA) --out $(OUT) --recipe $(RECIPE) --preset $(PRESET) --seeds $(SEEDS)
 
 clean:
 	rm -rf $(VENV) demo build dist *.egg-info

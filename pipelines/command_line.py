@@ -7,7 +7,7 @@ import sys
 import typer
 
 from graspe_data.errors import GraspeError
-from pipelines.commands import dataset, demo, labels, recordings, simulate
+from pipelines.commands import dataset, demo, labels, recordings, simulate, zoo
 
 app = typer.Typer(
     name="graspe",
@@ -18,6 +18,7 @@ app = typer.Typer(
 recordings.register(app)
 app.add_typer(dataset.app, name="dataset")
 app.add_typer(labels.app, name="label")
+app.add_typer(zoo.app, name="zoo")
 app.command()(demo.demo)
 app.command()(simulate.simulate)
 

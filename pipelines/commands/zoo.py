@@ -1,0 +1,202 @@
+"""``graspe zoo``: list, train, evaluate and compare models. Torch is loaded where it is needed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graspe_data.errors import StageError
+from pipelines.progress import ConsoleProgress
+
+if TYPE_CHECKING:
+    from model_zoo.contract import SuccessModel
+    from model_zoo.training.console_progress import ConsoleTrainingProgress
+    from model_zoo.training.machine import Machine
+
+app = typer.Typer(no_args_is_help=True, help="List, train, evaluate and compare models.")
+
+Data = Annotated[Path, typer.Option("--data", help="The dataset's folder.")]
+Preset = Annotated[str, typer.Option(help="`paper` has the sizes printed.")]
+RecipeName = Annotated[str, typer.Option("--recipe", help="A recipe: a path or a shipped name.")]
+Split = Annotated[str, typer.Option(help="Rows to evaluate.")]
+Device = Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="What to compute on.")]
+Readers = Annotated[int, typer.Option("--workers", min=0, help="Processes that read ahead.")]
+Clean = Annotated[bool, typer.Option(help="Only with clean sensors: five times faster.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads of torch; else its own choice.")]
+
+
+@app.command("list")
+def list_command(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """List the models: presets, parameters, and the columns that each needs."""
+    with needing_torch():
+        from model_zoo.registry import create_model, list_models  # noqa: PLC0415
+    models = {
+        name: {preset: create_model(name, preset) for preset in presets}
+        for name, presets in list_models().items()
+    }
+    sizes = {
+        name: {preset: _parameters(model) for preset, model in presets.items()}
+        for name, presets in models.items()
+    }
+    columns = {name: list(next(iter(made.values())).columns) for name, made in models.items()}
+    if as_json:
+        told = {name: {"parameters": sizes[name], "columns": columns[name]} for name in sizes}
+        typer.echo(json.dumps(told, indent=2))
+        return
+    table = Table("model", "parameters", "columns")
+    for name, presets in sizes.items():
+        counts = "\n".join(f"{preset}: {count:,}" for preset, count in presets.items())
+        table.add_row(name, counts, ", ".join(columns[name]))
+    Console().print(table)
+
+
+@app.command("train")
+def train_command(
+    model: Annotated[str, typer.Argument(help="One of `graspe zoo list`.")],
+    data: Data,
+    out: Annotated[Path, typer.Option(help="The run's folder; run again, it goes on.")],
+    preset: Preset = "small",
+    recipe: RecipeName = "small",
+    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the recipe's.")] = None,
+    device: Device = "auto",
+    workers: Readers = 1,
+    threads: Threads = None,
+) -> None:
+    """Train a model; interrupted, the same command goes on to the same weights."""
+    with needing_torch():
+        from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
+        from model_zoo.training.train import train  # noqa: PLC0415
+    asked = load_recipe(recipe)
+    if seed is not None:
+        asked = asked.model_copy(update={"seed": seed})
+    machine = _machine(device, workers, threads)
+    with _training() as told:
+        checkpoint = train(model, preset, data, asked, out, told, machine)
+    typer.echo(f"{checkpoint}\nNext: graspe zoo evaluate {checkpoint} --data {data}")
+
+
+@app.command("evaluate")
+def evaluate_command(
+    checkpoint: Annotated[Path, typer.Argument(help="The folder of a checkpoint.")],
+    data: Data,
+    out: Annotated[
+        Path | None, typer.Option(help="The file; default: evaluation.json beside it.")
+    ] = None,
+    split: Split = "test",
+    clean: Annotated[
+        bool, typer.Option(help="Only with clean sensors: five times faster.")
+    ] = False,
+) -> None:
+    """Score a checkpoint by scenario and by condition of the sensors."""
+    with needing_torch():
+        from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
+        from model_zoo.checkpoints import load_checkpoint  # noqa: PLC0415
+        from model_zoo.evaluation.evaluate import evaluate  # noqa: PLC0415
+    file = out or checkpoint.parent / "evaluation.json"
+    conditions = CONDITIONS[:1] if clean else CONDITIONS
+    with ConsoleProgress(Console(stderr=True)) as told:
+        made = evaluate(load_checkpoint(checkpoint), data, split, conditions, progress=told)
+    made.write(file)
+    whole = made.cell()
+    score = whole.scores["au_roc"].value if whole else None
+    typer.echo(f"{file}: AU-ROC {score:.3f}" if score is not None else f"{file}")
+
+
+@app.command("compare")
+def compare_command(
+    evaluations: Annotated[list[Path], typer.Argument(help="Files of `graspe zoo evaluate`.")],
+    out: Annotated[Path, typer.Option(help="Folder of table, CSV and plots.")] = Path("comparison"),
+) -> None:
+    """Put evaluations side by side, as a table, a CSV and plots; the first is the reference."""
+    with needing_torch():
+        from model_zoo.evaluation.compare import compare  # noqa: PLC0415
+        from model_zoo.evaluation.evaluation import read_evaluation  # noqa: PLC0415
+    typer.echo(compare([read_evaluation(path) for path in evaluations], out))
+
+
+@app.command("run")
+def run_command(
+    data: Data,
+    out: Annotated[Path, typer.Option(help="Folder of all runs and of the comparison.")],
+    models: Annotated[
+        list[str] | None, typer.Option("--model", help="Repeat for several; default: all.")
+    ] = None,
+    preset: Preset = "small",
+    recipe: RecipeName = "small",
+    seeds: Annotated[int, typer.Option(min=1, help="Trainings of each model.")] = 1,
+    split: Split = "test",
+    clean: Annotated[
+        bool, typer.Option(help="Only with clean sensors: five times faster.")
+    ] = False,
+    device: Device = "auto",
+    workers: Readers = 1,
+    threads: Threads = None,
+) -> None:
+    """Train, evaluate and compare all models under one budget; what is finished stays."""
+    with needing_torch():
+        from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
+        from model_zoo.registry import list_models  # noqa: PLC0415
+        from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
+        from pipelines.zoo import Zoo, plan_runs, run_zoo  # noqa: PLC0415
+    zoo = Zoo(
+        data,
+        load_recipe(recipe),
+        out,
+        split,
+        CONDITIONS[:1] if clean else CONDITIONS,
+        _machine(device, workers, threads),
+    )
+    runs = plan_runs(models or list(list_models()), preset, seeds)
+    typer.echo(run_zoo(zoo, runs, _Told()))
+
+
+class _Told:
+    """Tells of trainings and evaluations on standard error."""
+
+    def training(self) -> AbstractContextManager[ConsoleTrainingProgress]:
+        """A bar of steps."""
+        return _training()
+
+    def evaluation(self) -> AbstractContextManager[ConsoleProgress]:
+        """A bar of batches."""
+        return ConsoleProgress(Console(stderr=True))
+
+
+def _training() -> ConsoleTrainingProgress:
+    from model_zoo.training.console_progress import ConsoleTrainingProgress  # noqa: PLC0415
+
+    return ConsoleTrainingProgress(Console(stderr=True))
+
+
+def _machine(device: Literal["auto", "cpu", "cuda"], workers: int, threads: int | None) -> Machine:
+    from model_zoo.training.machine import Machine  # noqa: PLC0415
+
+    return Machine(device=device, workers=workers, threads=threads)
+
+
+def _parameters(model: SuccessModel) -> int:
+    return sum(parameter.numel() for parameter in model.parameters())
+
+
+@contextmanager
+def needing_torch() -> Iterator[None]:
+    """Around imports: where the zoo's packages are missing, say what to install.
+
+    Raises:
+        StageError: One of them is not installed.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise StageError(
+            f"The zoo needs {error.name}, which is not installed: pip install 'graspe[zoo]'."
+        ) from error

@@ -1,0 +1,121 @@
+"""Train, evaluate and compare models of the zoo under one budget, going on where it stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
+from model_zoo.augmentation import CONDITIONS, Condition
+from model_zoo.checkpoints import load_checkpoint
+from model_zoo.evaluation.compare import compare
+from model_zoo.evaluation.evaluate import evaluate
+from model_zoo.evaluation.evaluation import Evaluation, read_evaluation
+from model_zoo.evaluation.progress import Progress
+from model_zoo.training.machine import Machine
+from model_zoo.training.progress import TrainingProgress
+from model_zoo.training.recipe import Recipe
+from model_zoo.training.train import train
+
+EVALUATION_FILE, COMPARISON_FOLDER = "evaluation.json", "comparison"
+
+
+class ZooProgress(Protocol):
+    """Gives someone to tell about each training and each evaluation."""
+
+    def training(self) -> AbstractContextManager[TrainingProgress]:
+        """For one training."""
+
+    def evaluation(self) -> AbstractContextManager[Progress]:
+        """For one evaluation."""
+
+
+@dataclass(frozen=True)
+class ZooRun:
+    """One training: a model in a preset, under a seed of the common recipe."""
+
+    model: str
+    preset: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """The run's folder."""
+        return f"{self.model}-{self.preset}-{self.seed}"
+
+
+@dataclass(frozen=True)
+class Zoo:
+    """What all runs have in common.
+
+    Attributes:
+        dataset: The dataset's folder.
+        recipe: The budget; its seed is each run's own.
+        out: The folder of all runs.
+        split: What is evaluated.
+        conditions: What is done to the sensors in evaluation.
+        machine: What it runs on.
+    """
+
+    dataset: Path
+    recipe: Recipe
+    out: Path
+    split: str = "test"
+    conditions: Sequence[Condition] = CONDITIONS
+    machine: Machine = field(default_factory=Machine)
+
+
+def plan_runs(models: Sequence[str], preset: str, seeds: int) -> list[ZooRun]:
+    """Every model under the seeds 0 to ``seeds`` - 1; all models of a seed before the next."""
+    return [ZooRun(model, preset, seed) for seed in range(seeds) for model in models]
+
+
+def run_zoo(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Path:
+    """Train and evaluate every run, and compare them.
+
+    What is finished is not done again; what was interrupted goes on.
+
+    Returns:
+        The comparison, a Markdown file.
+
+    Raises:
+        ZooError: A model, recipe, dataset or what lies in the folder do not fit together.
+    """
+    evaluations = list(_evaluations(zoo, runs, progress))
+    return compare(evaluations, zoo.out / COMPARISON_FOLDER)
+
+
+def _evaluations(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Iterator[Evaluation]:
+    for run in runs:
+        recipe = zoo.recipe.model_copy(update={"seed": run.seed})
+        folder, named = zoo.out / run.name, (run.model, run.preset)
+        with progress.training() as told:
+            checkpoint = train(*named, zoo.dataset, recipe, folder, told, zoo.machine)
+        with progress.evaluation() as told_too:
+            yield evaluate_once(zoo, checkpoint, folder / EVALUATION_FILE, told_too)
+
+
+def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) -> Evaluation:
+    """The evaluation of a checkpoint: the one in the file where that is of it, else a new one."""
+    loaded = load_checkpoint(checkpoint)
+    found = _found(file)
+    digest = Dataset(zoo.dataset, zoo.split, ()).digest
+    asked = (loaded.digest, digest, zoo.split, tuple(zoo.conditions))
+    if found is not None:
+        kept = (found.checkpoint, found.dataset, found.split, found.conditions)
+        if kept == asked:
+            return found
+    made = evaluate(loaded, zoo.dataset, zoo.split, zoo.conditions, progress=progress)
+    made.write(file)
+    return made
+
+
+def _found(file: Path) -> Evaluation | None:
+    try:
+        return read_evaluation(file) if file.is_file() else None
+    except ZooError:
+        return None

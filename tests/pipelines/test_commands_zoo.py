@@ -1,0 +1,135 @@
+"""``graspe zoo``: every model on one dataset, under one budget, compared."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import yaml
+from typer.testing import CliRunner, Result
+
+from graspe_data.columns import Column
+from graspe_data.errors import ZooError
+from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.shard_writer import write_shard
+from pipelines.command_line import app
+
+ROWS = 12
+COMMON = {"unit": "", "frame": "", "meaning": "", "stage": "test"}
+COLUMNS = (
+    Column(name="image", dtype="uint8", shape=(240, 320, 3), **COMMON),
+    Column(name="trajectory_image", dtype="uint8", shape=(240, 320), codec="packed_bits", **COMMON),
+    Column(name="laser_scan", dtype="float32", shape=(720,), **COMMON),
+    Column(name="recording", dtype="int32", shape=(), **COMMON),
+    Column(name="success", dtype="uint8", shape=(10,), **COMMON),
+    Column(name="success_mask", dtype="bool", shape=(10,), **COMMON),
+)
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("zoo") / "dataset"
+    draw = np.random.default_rng(0)
+    splits = {}
+    for number, split in enumerate(("train", "validation", "test")):
+        success = np.repeat(draw.random((ROWS, 1)) < 0.5, 10, axis=1)
+        success[:2] = [[True], [False]]
+        rows = {
+            "image": draw.integers(0, 256, (ROWS, 240, 320, 3), np.uint8),
+            "trajectory_image": np.packbits(draw.random((ROWS, 240, 320)) < 0.2, axis=-1),
+            "laser_scan": draw.uniform(0.5, 10.0, (ROWS, 720)).astype(np.float32),
+            "recording": np.full(ROWS, number, np.int32),
+            "success": success.astype(np.uint8),
+            "success_mask": np.ones((ROWS, 10), bool),
+        }
+        splits[split] = [write_shard(folder, f"shards/{split}.npz", COLUMNS, rows)]
+    recordings = [
+        RecordingEntry(name=split, digest=f"{number}" * 64, group=split, split=split, rows=ROWS)
+        for number, split in enumerate(splits)
+    ]
+    index = DatasetIndex(
+        name="zoo", columns=COLUMNS, group_key="place", splits=splits, recordings=recordings
+    )
+    write_index(folder, index)
+    return folder
+
+
+@pytest.fixture
+def recipe(tmp_path: Path) -> Path:
+    path = tmp_path / "recipe.yaml"
+    path.write_text(yaml.safe_dump({"epochs": 1, "batch_size": 4, "most_steps": 2}))
+    return path
+
+
+def zoo(*words: object) -> Result:
+    return CliRunner().invoke(app, ["zoo", *(str(word) for word in words)])
+
+
+def test_the_list_names_presets_parameters_and_columns() -> None:
+    told = json.loads(zoo("list", "--json").stdout)
+    assert told["nmfnet"]["parameters"]["paper"] == 3_915_091
+    assert told["paad"]["columns"] == ["image", "trajectory_image", "laser_scan"]
+    assert set(told) == {
+        "graspe",
+        "graspe_no_agnn",
+        "graspe_no_reliability",
+        "nmfnet",
+        "nmfnet_trajectory",
+        "paad",
+    }
+
+
+def test_a_run_trains_evaluates_and_compares_and_does_nothing_twice(
+    dataset: Path, recipe: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "runs"
+    budget = ("--recipe", recipe, "--model", "paad", "--clean", "--workers", 0)
+    words = ("run", "--data", dataset, "--out", out, *budget)
+    said = zoo(*words)
+    assert said.exit_code == 0, said.output
+    assert "paad" in (out / "comparison" / "comparison.md").read_text()
+    files = {path: path.stat().st_mtime_ns for path in (out / "paad-small-0").rglob("*.json")}
+    assert zoo(*words).exit_code == 0
+    assert {path: path.stat().st_mtime_ns for path in files} == files
+
+
+def test_training_and_evaluating_are_commands_of_their_own(
+    dataset: Path, recipe: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    said = zoo("train", "paad", "--data", dataset, "--out", run, "--recipe", recipe, "--workers", 0)
+    assert said.exit_code == 0, said.output
+    said = zoo("evaluate", run / "checkpoint", "--data", dataset, "--clean")
+    assert said.exit_code == 0, said.output
+    assert "AU-ROC" in said.stdout
+    said = zoo("compare", run / "evaluation.json", "--out", tmp_path / "compared")
+    assert (tmp_path / "compared" / "comparison.csv").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("train", "grasp"), "graspe"),
+        (("train", "graspe"), "points"),
+        (("train", "paad", "--recipe", "smal"), "small"),
+        (("train", "paad", "--preset", "tiny"), "small"),
+    ],
+)
+def test_what_does_not_fit_is_one_clear_error(
+    words: tuple[str, ...], message: str, dataset: Path, tmp_path: Path
+) -> None:
+    said = zoo(*words, "--data", dataset, "--out", tmp_path / "run")
+    assert isinstance(said.exception, ZooError)
+    assert message in str(said.exception)
