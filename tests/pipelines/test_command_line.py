@@ -33,6 +33,12 @@ COMMANDS = (
     ("label",),
     ("label", "propose"),
     ("label", "score"),
+    ("zoo",),
+    ("zoo", "list"),
+    ("zoo", "train"),
+    ("zoo", "evaluate"),
+    ("zoo", "compare"),
+    ("zoo", "run"),
 )
 
 
