@@ -8,10 +8,24 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import bench_loading, bench_pipeline, bench_simulation, bench_smoothness
+from benchmarks import (
+    bench_agnn,
+    bench_loading,
+    bench_pipeline,
+    bench_simulation,
+    bench_smoothness,
+    bench_training,
+)
 from benchmarks.measurement import Measurement, render_json, render_table
 
-BENCHMARKS = (bench_smoothness, bench_simulation, bench_pipeline, bench_loading)
+BENCHMARKS = (
+    bench_smoothness,
+    bench_simulation,
+    bench_pipeline,
+    bench_loading,
+    bench_agnn,
+    bench_training,
+)
 
 
 def main() -> int:

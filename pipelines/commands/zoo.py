@@ -156,10 +156,10 @@ def run_command(
         _machine(device, workers, threads),
     )
     runs = plan_runs(models or list(list_models()), preset, seeds)
-    typer.echo(run_zoo(zoo, runs, _Told()))
+    typer.echo(run_zoo(zoo, runs, ConsoleZooProgress()))
 
 
-class _Told:
+class ConsoleZooProgress:
     """Tells of trainings and evaluations on standard error."""
 
     def training(self) -> AbstractContextManager[ConsoleTrainingProgress]:
