@@ -8,6 +8,7 @@ from typing import Literal
 import pytest
 from pydantic import Field, ValidationError
 
+from graspe_data import manifest
 from graspe_data.errors import ManifestError
 from graspe_data.manifest import (
     MAXIMUM_BYTES,
@@ -217,6 +218,9 @@ def test_a_manifest_that_is_not_there_names_those_that_are(
     assert said in text
 
 
-def test_of_a_kind_that_ships_none_none_is_named() -> None:
+def test_of_a_kind_that_ships_none_none_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(manifest, "shipped_manifests", lambda: tmp_path)
     with pytest.raises(ManifestError, match="those that ship are none"):
         find_manifest("recipes", "x")

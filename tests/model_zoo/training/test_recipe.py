@@ -15,7 +15,7 @@ from model_zoo.training.row_weights import RowWeights, balance_rows
 from model_zoo.training.step_seed import step_seed
 
 
-@pytest.mark.parametrize("name", ["demo", "paper", "small", "smoke"])
+@pytest.mark.parametrize("name", ["paper", "small", "smoke"])
 def test_the_shipped_recipes(name: str) -> None:
     recipe = load_recipe(name)
     assert (recipe.learning_rate, recipe.weight_decay) == (5e-4, 1.5e-4)
