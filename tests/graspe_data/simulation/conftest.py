@@ -1,4 +1,4 @@
-"""Small worlds and a robot for the tests of truth."""
+"""Small worlds and a robot for the tests of motion and truth."""
 
 from __future__ import annotations
 
