@@ -15,7 +15,7 @@ help:
 	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
 	@echo "make test                          the whole suite"
 	@echo "make dataset BAGS=... OUT=...      your own bags (MANIFEST=$(MANIFEST), WORKERS=$(WORKERS))"
-	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES))"
+	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES) a world)"
 	@echo "make zoo DATA=... OUT=...         every model under one budget (RECIPE=$(RECIPE), PRESET=$(PRESET), SEEDS=$(SEEDS))"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
 
@@ -64,14 +64,17 @@ dataset: setup
 FIELD ?= field
 TRAINING := meadow woodland thicket yard mixed dusk_woodland
 TESTS := graspe_1_plants graspe_2_hanging_leaves graspe_3_tall_grass graspe_4_low_light
-DRIVES ?= 3
-SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --format mcap \
+DRIVES ?= 6
+VALIDATION_DRIVES ?= 2
+TEST_DRIVES ?= 6
+DRIVE_S ?= 60
+SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --duration $(DRIVE_S) --format mcap \
   --out $(FIELD)/recordings --workers $(WORKERS)
 
 field: setup
-	$(foreach name,$(TESTS),$(call SIMULATE,$(name),2,0) && ) true
+	$(foreach name,$(TESTS),$(call SIMULATE,$(name),$(TEST_DRIVES),0) && ) true
 	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),$(DRIVES),0) && ) true
-	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),1,900) && ) true
+	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),$(VALIDATION_DRIVES),900) && ) true
 	$(BIN)/graspe dataset build field --recordings $(FIELD)/recordings --out $(FIELD)/dataset --workers $(WORKERS)
 	$(BIN)/graspe dataset report $(FIELD)/dataset
 
