@@ -35,3 +35,7 @@ class StageError(GraspeError):
 
 class ZooError(GraspeError):
     """A model, recipe, checkpoint or evaluation that does not fit what it is used with."""
+
+
+class PlannerError(GraspeError):
+    """A bundle that cannot be used, or a planner that is set up wrongly."""
