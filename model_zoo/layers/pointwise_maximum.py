@@ -14,7 +14,8 @@ from model_zoo.layers.pointwise_stack import PointwiseStack
 class PointwiseMaximum(nn.Module):
     """The maximum over N of a :class:`PointwiseStack`, (B, N, sizes[0]) to (B, sizes[-1]).
 
-    Outside training the points pass in chunks with a running maximum, so that the widest
+    In training the last layer's activations are not held either, see :func:`normalised_maximum`;
+    outside training the points pass in chunks with a running maximum, so that the widest
     activation is (B, chunk, sizes[-1]) however many points there are. The result is the same.
     """
 
@@ -27,7 +28,7 @@ class PointwiseMaximum(nn.Module):
     def forward(self, points: Tensor) -> Tensor:
         """The largest features."""
         if self.training:
-            return self.stack(points).max(1).values  # type: ignore[no-any-return]
+            return self.stack.maximum(points)
         layers = self.stack.fold()
         parts = (
             self.stack.folded(part, layers).amax(1) for part in torch.split(points, self.chunk, 1)

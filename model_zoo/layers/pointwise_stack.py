@@ -8,6 +8,8 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
+from model_zoo.layers.normalised_maximum import normalised_maximum
+
 
 class PointwiseStack(nn.Module):
     """Features of points (B, N, sizes[0]) to (B, N, sizes[-1]).
@@ -34,6 +36,13 @@ class PointwiseStack(nn.Module):
         """The weight and bias of each layer with its normalisation in them, and whether a ReLU."""
         return [layer.fold() for layer in self.layers if isinstance(layer, _Layer)]
 
+    def maximum(self, points: Tensor) -> Tensor:
+        """``self(points).max(1).values`` in training, without the last layer's activations."""
+        *narrow, last = (layer for layer in self.layers if isinstance(layer, _Layer))
+        for layer in narrow:
+            points = layer(points)
+        return last.maximum(points)
+
     def folded(self, x: Tensor, layers: list[tuple[Tensor, Tensor, bool]]) -> Tensor:
         """What :meth:`forward` gives outside training, by what :meth:`fold` gave."""
         for weight, bias, relu in layers:
@@ -54,6 +63,10 @@ class _Layer(nn.Module):
         picture: Tensor = self.norm(self.linear(x).unsqueeze(0).permute(0, 3, 1, 2))
         x = picture.permute(0, 2, 3, 1).squeeze(0)
         return torch.relu(x) if self.relu else x
+
+    def maximum(self, x: Tensor) -> Tensor:
+        highest = normalised_maximum(x, self.linear, self.norm)
+        return torch.relu(highest) if self.relu else highest
 
     def fold(self) -> tuple[Tensor, Tensor, bool]:
         mean, variance = self.norm.get_buffer("running_mean"), self.norm.get_buffer("running_var")
