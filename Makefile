@@ -82,9 +82,10 @@ field: setup
 RECIPE ?= small
 PRESET ?= small
 SEEDS ?= 1
+EVERY ?= 1
 zoo: setup
-	@test -n "$(DATA)" -a -n "$(OUT)" || { echo "usage: make zoo DATA=dataset OUT=folder [RECIPE=$(RECIPE) PRESET=$(PRESET) SEEDS=$(SEEDS)]"; exit 2; }
-	$(BIN)/graspe zoo run --data $(DATA) --out $(OUT) --recipe $(RECIPE) --preset $(PRESET) --seeds $(SEEDS)
+	@test -n "$(DATA)" -a -n "$(OUT)" || { echo "usage: make zoo DATA=dataset OUT=folder [RECIPE=$(RECIPE) PRESET=$(PRESET) SEEDS=$(SEEDS) EVERY=$(EVERY)]"; exit 2; }
+	$(BIN)/graspe zoo run --data $(DATA) --out $(OUT) --recipe $(RECIPE) --preset $(PRESET) --seeds $(SEEDS) --every $(EVERY)
 
 clean:
 	rm -rf $(VENV) demo build dist *.egg-info

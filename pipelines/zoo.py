@@ -58,6 +58,7 @@ class Zoo:
         out: The folder of all runs.
         split: What is evaluated.
         conditions: What is done to the sensors in evaluation.
+        every: Of the judged rows of a recording, every so many are evaluated.
         machine: What it runs on.
     """
 
@@ -66,6 +67,7 @@ class Zoo:
     out: Path
     split: str = "test"
     conditions: Sequence[Condition] = CONDITIONS
+    every: int = 1
     machine: Machine = field(default_factory=Machine)
 
 
@@ -104,12 +106,14 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
     loaded = load_checkpoint(checkpoint)
     found = _found(file)
     digest = Dataset(zoo.dataset, zoo.split, ()).digest
-    asked = (loaded.digest, digest, zoo.split, tuple(zoo.conditions))
+    asked = (loaded.digest, digest, zoo.split, tuple(zoo.conditions), zoo.every)
     if found is not None:
-        kept = (found.checkpoint, found.dataset, found.split, found.conditions)
+        kept = (found.checkpoint, found.dataset, found.split, found.conditions, found.every)
         if kept == asked:
             return found
-    made = evaluate(loaded, zoo.dataset, zoo.split, zoo.conditions, progress=progress)
+    made = evaluate(
+        loaded, zoo.dataset, zoo.split, zoo.conditions, every=zoo.every, progress=progress
+    )
     made.write(file)
     return made
 

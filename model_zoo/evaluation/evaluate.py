@@ -28,6 +28,7 @@ def evaluate(
     device: str = "cpu",
     seed: int = 0,
     resamples: int = 1000,
+    every: int = 1,
     progress: Progress | None = None,
 ) -> Evaluation:
     """Predict a split under each condition and score it, scenario by scenario.
@@ -42,6 +43,7 @@ def evaluate(
         device: Such as ``cpu`` or ``cuda``.
         seed: Of degradations and resamples.
         resamples: Of recordings, for the intervals.
+        every: Take each so many of a recording's judged rows; neighbours are much alike.
         progress: Is told of every batch.
 
     Raises:
@@ -49,7 +51,7 @@ def evaluate(
             unknown, or a prediction is not finite.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
-    rows = open_judged_split(checkpoint, dataset, split, conditions)
+    rows = open_judged_split(checkpoint, dataset, split, conditions, every)
     checkpoint.model.to(device)
     latency = measure_latency(checkpoint, _first(rows))
     told = progress or Silent()
@@ -65,6 +67,7 @@ def evaluate(
         split=split,
         resamples=resamples,
         resample_seed=seed,
+        every=every,
         cells=tuple(cells),
         latency=latency,
     )

@@ -87,6 +87,7 @@ class Evaluation(Settings):
         temperature: Of the calibration; None where there is none.
         resamples: Of recordings, for the intervals.
         resample_seed: Seed of the resamples and of the degradations.
+        every: Of the judged rows of a recording, every so many were taken.
         cells: Every scenario and all together, under every condition.
         latency: Of one prediction.
     """
@@ -103,6 +104,7 @@ class Evaluation(Settings):
     temperature: float | None
     resamples: int
     resample_seed: int
+    every: int = 1
     cells: tuple[Cell, ...]
     latency: Latency
 

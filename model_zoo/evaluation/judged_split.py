@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,16 +44,22 @@ class JudgedSplit:
 
 
 def open_judged_split(
-    checkpoint: Checkpoint, path: Path, split: str, conditions: Sequence[Condition]
+    checkpoint: Checkpoint,
+    path: Path,
+    split: str,
+    conditions: Sequence[Condition],
+    every: int = 1,
 ) -> JudgedSplit:
     """Check that a dataset fits a checkpoint, and read its labels.
 
     Raises:
-        ZooError: The dataset does not fit the model, the split has no judged step, or a condition
-            is unknown.
+        ZooError: The dataset does not fit the model, the split has no judged step, a condition is
+            unknown, or ``every`` is not positive.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
     _check_conditions(conditions)
+    if every < 1:
+        raise ZooError(f"every: found {every}; give 1 for all rows, 2 for every second, and so on.")
     index = read_index(path)
     _check_columns(checkpoint, index, path)
     labels = Dataset(path, split, _LABELS)
@@ -64,6 +71,9 @@ def open_judged_split(
             f"{path}: none of the {len(labels)} rows of the split {split!r} has a judged step, so "
             "there is nothing to score. Label its recordings and build the dataset again."
         )
+    stamps = Dataset(path, split, ("stamp_ns",)).batch(rows)["stamp_ns"] if every > 1 else None
+    if stamps is not None:
+        rows = _thinned(rows, columns["recording"][rows], stamps, every)
     return JudgedSplit(
         dataset=Dataset(path, split, _columns(checkpoint, index, conditions)),
         rows=rows,
@@ -72,6 +82,16 @@ def open_judged_split(
         recording=columns["recording"].astype(np.int64)[rows],
         scenarios=tuple(_scenario(entry) for entry in index.recordings),
     )
+
+
+def _thinned(
+    rows: NDArray[np.int64], recording: NDArray[Any], stamp_ns: NDArray[Any], every: int
+) -> NDArray[np.int64]:
+    """Every so many of each recording's rows, in the order of their stamps; rows stay sorted."""
+    order = np.lexsort((stamp_ns, recording))
+    starts = np.flatnonzero(np.diff(recording[order], prepend=-1))
+    since = np.arange(len(rows)) - np.repeat(starts, np.diff(starts, append=len(rows)))
+    return np.sort(rows[order[since % every == 0]])
 
 
 def _check_conditions(conditions: Sequence[str]) -> None:

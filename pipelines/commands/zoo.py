@@ -29,6 +29,7 @@ Split = Annotated[str, typer.Option(help="Rows to evaluate.")]
 Device = Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="What to compute on.")]
 Readers = Annotated[int, typer.Option("--workers", min=0, help="Processes that read ahead.")]
 Clean = Annotated[bool, typer.Option(help="Only with clean sensors: five times faster.")]
+Every = Annotated[int, typer.Option(min=1, help="Of a recording's rows, evaluate each so many.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of torch; else its own choice.")]
 
 
@@ -92,9 +93,8 @@ def evaluate_command(
         Path | None, typer.Option(help="The file; default: evaluation.json beside it.")
     ] = None,
     split: Split = "test",
-    clean: Annotated[
-        bool, typer.Option(help="Only with clean sensors: five times faster.")
-    ] = False,
+    clean: Clean = False,
+    every: Every = 1,
 ) -> None:
     """Score a checkpoint by scenario and by condition of the sensors."""
     with needing_torch():
@@ -104,7 +104,8 @@ def evaluate_command(
     file = out or checkpoint.parent / "evaluation.json"
     conditions = CONDITIONS[:1] if clean else CONDITIONS
     with ConsoleProgress(Console(stderr=True)) as told:
-        made = evaluate(load_checkpoint(checkpoint), data, split, conditions, progress=told)
+        loaded = load_checkpoint(checkpoint)
+        made = evaluate(loaded, data, split, conditions, every=every, progress=told)
     made.write(file)
     whole = made.cell()
     score = whole.scores["au_roc"].value if whole else None
@@ -134,9 +135,8 @@ def run_command(
     recipe: RecipeName = "small",
     seeds: Annotated[int, typer.Option(min=1, help="Trainings of each model.")] = 1,
     split: Split = "test",
-    clean: Annotated[
-        bool, typer.Option(help="Only with clean sensors: five times faster.")
-    ] = False,
+    clean: Clean = False,
+    every: Every = 1,
     device: Device = "auto",
     workers: Readers = 1,
     threads: Threads = None,
@@ -153,6 +153,7 @@ def run_command(
         out,
         split,
         CONDITIONS[:1] if clean else CONDITIONS,
+        every,
         _machine(device, workers, threads),
     )
     runs = plan_runs(models or list(list_models()), preset, seeds)

@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
-from model_zoo.contract import Observation, SuccessModel
+from model_zoo.contract import Features, Observation, SuccessModel
 
 HORIZON = 3
 _COMMON = {"unit": "", "frame": "", "meaning": "", "stage": "test"}
@@ -27,6 +27,7 @@ COLUMNS = (
     Column(name="success", dtype="uint8", shape=(HORIZON,), **_COMMON),
     Column(name="success_mask", dtype="bool", shape=(HORIZON,), **_COMMON),
     Column(name="recording", dtype="int32", shape=(), **_COMMON),
+    Column(name="stamp_ns", dtype="int64", shape=(), **_COMMON),
 )
 
 
@@ -34,6 +35,7 @@ class TinyModel(SuccessModel):
     """A linear layer."""
 
     columns = ("velocity_history", "r_img")
+    candidate_columns = ("r_img",)
 
     def __init__(self, horizon: int = HORIZON) -> None:
         super().__init__()
@@ -41,10 +43,13 @@ class TinyModel(SuccessModel):
         self.linear = nn.Linear(9, horizon)
         self.register_buffer("calls", torch.zeros((), dtype=torch.int64))
 
-    def logits(self, observation: Observation) -> Tensor:
-        assert set(observation) == set(self.columns)
-        history = observation["velocity_history"].flatten(1)
-        out: Tensor = self.linear(torch.cat([history, observation["r_img"][:, None]], dim=1))
+    def encode(self, scene: Observation) -> Features:
+        assert set(scene) == set(self.columns)
+        return {"history": scene["velocity_history"].flatten(1)}
+
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        both = torch.cat([features["history"], candidates["r_img"][:, None]], dim=1)
+        out: Tensor = self.linear(both)
         return out
 
 
@@ -69,6 +74,7 @@ def write_tiny_dataset(
         "success": (chance < r_img[:, None]).astype(np.uint8),
         "success_mask": random.random((count, HORIZON)) < judged,
         "recording": np.repeat(np.arange(len(groups), dtype=np.int32), rows),
+        "stamp_ns": np.arange(count)[::-1].astype(np.int64),
     }
     for name, value in replaced.items():
         arrays[name] = np.full_like(arrays[name], value)

@@ -12,6 +12,7 @@ from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import evaluate, metrics, read_evaluation
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.judged_split import open_judged_split
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, TinyModel, write_tiny_dataset
 
 Write = Callable[..., Path]
@@ -49,6 +50,22 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
         assert high is not None
         assert low < high
         assert len(cell.au_roc_resamples) == 50
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_every_so_many_rows_of_each_recording_from_its_first(
+    write_tiny: Write, tmp_path: Path, every: int
+) -> None:
+    dataset = write_tiny_dataset(tmp_path / "data", GROUPS, judged=1.0)
+    split = open_judged_split(load_checkpoint(write_tiny()), dataset, "test", ("clean",), every)
+    ages = [11 - row % 12 for row in split.rows]  # stamps fall from row to row, 12 a recording
+    assert ages == [age for _ in GROUPS for age in range(11, -1, -1) if age % every == 0]
+    assert evaluated(write_tiny("other"), dataset, every=every).every == every
+
+
+def test_every_must_be_positive(write_tiny: Write, dataset: Path) -> None:
+    with pytest.raises(ZooError, match="every: found 0; give 1"):
+        evaluated(write_tiny(), dataset, every=0)
 
 
 def test_two_recordings_give_no_interval(write_tiny: Write, dataset: Path) -> None:
