@@ -12,10 +12,11 @@ from model_zoo.evaluation.comparison_table import render_markdown
 from model_zoo.evaluation.contestants import contestants
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.plots import plot_calibration, plot_conditions, plot_roc
+from model_zoo.evaluation.zoo_index import INDEX_NAME, index_of, render_index
 
 
 def compare(evaluations: Sequence[Evaluation], out: Path) -> Path:
-    """Write ``comparison.md``, ``comparison.csv`` and the plots, each atomically.
+    """Write ``comparison.md``, ``comparison.csv``, ``zoo.yaml`` and the plots, each atomically.
 
     Args:
         evaluations: Of the same rows; several of one model and preset (other seeds) are averaged.
@@ -35,6 +36,7 @@ def compare(evaluations: Sequence[Evaluation], out: Path) -> Path:
     files = plots | {
         "comparison.csv": render_csv(models).encode(),
         "comparison.md": render_markdown(models, list(plots)).encode(),
+        INDEX_NAME: render_index(index_of(evaluations)).encode(),
     }
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -98,7 +98,15 @@ def contestants(evaluations: Sequence[Evaluation]) -> list[Contestant]:
 
 
 def _refuse_other(evaluation: Evaluation, first: Evaluation) -> None:
-    for what in ("dataset", "split", "scenarios", "conditions", "resamples", "resample_seed"):
+    for what in (
+        "dataset",
+        "split",
+        "scenarios",
+        "conditions",
+        "resamples",
+        "resample_seed",
+        "every",
+    ):
         found, expected = getattr(evaluation, what), getattr(first, what)
         if found != expected:
             raise ZooError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,6 +17,7 @@ from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
     from model_zoo.contract import SuccessModel
+    from model_zoo.evaluation.zoo_index import ZooIndex
     from model_zoo.training.console_progress import ConsoleTrainingProgress
     from model_zoo.training.machine import Machine
 
@@ -37,9 +38,11 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads of torch; else
 def list_command(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """List the models: presets, parameters, and the columns that each needs."""
+    """List the models: presets, parameters, AU-ROC in the shipped comparison, columns."""
     with needing_torch():
+        from model_zoo.evaluation.zoo_index import shipped_index  # noqa: PLC0415
         from model_zoo.registry import create_model, list_models  # noqa: PLC0415
+    index = shipped_index()
     models = {
         name: {preset: create_model(name, preset) for preset in presets}
         for name, presets in list_models().items()
@@ -50,13 +53,23 @@ def list_command(
     }
     columns = {name: list(next(iter(made.values())).columns) for name, made in models.items()}
     if as_json:
-        told = {name: {"parameters": sizes[name], "columns": columns[name]} for name in sizes}
+        told = {
+            name: {
+                "parameters": sizes[name],
+                "au_roc": _scores(index, name, sizes[name]),
+                "columns": columns[name],
+            }
+            for name in sizes
+        }
         typer.echo(json.dumps(told, indent=2))
         return
-    table = Table("model", "parameters", "columns")
+    table = Table("model", "parameters", "AU-ROC", "columns")
     for name, presets in sizes.items():
         counts = "\n".join(f"{preset}: {count:,}" for preset, count in presets.items())
-        table.add_row(name, counts, ", ".join(columns[name]))
+        scores = [
+            f"{score:.3f}" if score else "-" for score in _scores(index, name, presets).values()
+        ]
+        table.add_row(name, counts, "\n".join(scores), ", ".join(columns[name]))
     Console().print(table)
 
 
@@ -182,6 +195,11 @@ def _machine(device: Literal["auto", "cpu", "cuda"], workers: int, threads: int 
     from model_zoo.training.machine import Machine  # noqa: PLC0415
 
     return Machine(device=device, workers=workers, threads=threads)
+
+
+def _scores(index: ZooIndex, name: str, presets: Iterable[str]) -> dict[str, float | None]:
+    """AU-ROC of each preset in the index, None where it has none."""
+    return {preset: index.mean_au_roc(name, preset) for preset in presets}
 
 
 def _parameters(model: SuccessModel) -> int:

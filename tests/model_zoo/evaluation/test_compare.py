@@ -52,6 +52,7 @@ def test_tables_csv_and_plots_are_written(make: Make, tmp_path: Path) -> None:
         ".png",
         ".png",
         ".png",
+        ".yaml",
     ]
 
 

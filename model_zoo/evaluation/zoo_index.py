@@ -1,0 +1,123 @@
+"""The index of a zoo: which trainings there are, what they scored, by which digests to know them.
+
+``manifests/zoo.yaml`` is that of the comparison in the README.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import yaml
+from pydantic import Field
+
+from graspe_data.manifest import Settings, load_manifest, shipped_manifests
+from model_zoo.evaluation.contestants import all_and_each
+from model_zoo.evaluation.evaluation import Evaluation
+
+INDEX_NAME = "zoo.yaml"
+
+_HEADING = (
+    "# Written by `graspe zoo run`: every training, its checkpoint's digest and its AU-ROC.\n"
+)
+
+AuRoc = Annotated[float, Field(ge=0, le=1)] | None
+
+
+class IndexEntry(Settings):
+    """One training.
+
+    Attributes:
+        model: Name of the model.
+        preset: Its preset.
+        seed: Of the training.
+        parameters: Numbers in the model.
+        checkpoint: Digest of the checkpoint.
+        trained_on: Digest of the dataset.
+        latency_ms: Median of one prediction where it was evaluated.
+        au_roc: Pooled, with clean sensors, of every scenario and of all together.
+        au_roc_by_condition: Pooled over all scenarios, under each condition of the sensors.
+    """
+
+    model: str
+    preset: str
+    seed: int | None
+    parameters: int
+    checkpoint: str
+    trained_on: str
+    latency_ms: float
+    au_roc: dict[str, AuRoc]
+    au_roc_by_condition: dict[str, AuRoc]
+
+
+class ZooIndex(Settings):
+    """All trainings of a comparison, on the same rows.
+
+    Attributes:
+        evaluated_on: Digest of the dataset.
+        split: Its rows.
+        every: Of the judged rows of a recording, every so many were taken.
+        trainings: One entry each.
+    """
+
+    evaluated_on: str
+    split: str
+    every: int
+    trainings: tuple[IndexEntry, ...]
+
+    def mean_au_roc(self, model: str, preset: str) -> float | None:
+        """The mean over the trainings of a model, all scenarios together; None without any."""
+        found = [
+            entry.au_roc["all"]
+            for entry in self.trainings
+            if (entry.model, entry.preset) == (model, preset)
+        ]
+        known = [value for value in found if value is not None]
+        return sum(known) / len(known) if known else None
+
+
+def index_of(evaluations: Sequence[Evaluation]) -> ZooIndex:
+    """The index of evaluations that can be compared; at least one."""
+    first = evaluations[0]
+    return ZooIndex(
+        evaluated_on=first.dataset,
+        split=first.split,
+        every=first.every,
+        trainings=tuple(_entry(evaluation) for evaluation in evaluations),
+    )
+
+
+def render_index(index: ZooIndex) -> str:
+    """The index as YAML."""
+    return _HEADING + yaml.safe_dump(index.model_dump(mode="json"), sort_keys=False, width=100)
+
+
+def shipped_index() -> ZooIndex:
+    """The index that ships.
+
+    Raises:
+        ManifestError: The file is missing or does not validate.
+    """
+    return load_manifest(shipped_manifests() / INDEX_NAME, ZooIndex)
+
+
+def _entry(evaluation: Evaluation) -> IndexEntry:
+    return IndexEntry(
+        model=evaluation.model,
+        preset=evaluation.preset,
+        seed=evaluation.seed,
+        parameters=evaluation.parameters,
+        checkpoint=evaluation.checkpoint,
+        trained_on=evaluation.trained_on,
+        latency_ms=round(evaluation.latency.median_ms, 1),
+        au_roc={name: _au_roc(evaluation, name) for name in all_and_each(evaluation)},
+        au_roc_by_condition={
+            name: _au_roc(evaluation, "all", name) for name in evaluation.conditions
+        },
+    )
+
+
+def _au_roc(evaluation: Evaluation, scenario: str, condition: str = "clean") -> float | None:
+    cell = evaluation.cell(scenario, condition)
+    value = None if cell is None else cell.scores["au_roc"].value
+    return None if value is None else round(value, 4)
