@@ -18,6 +18,7 @@ from graspe_data.manifest import (
     shipped_manifests,
 )
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
+from graspe_data.observation.intensity_map import LayerSettings, ReturnSettings
 from graspe_data.observation.labels import LabelSettings, ProposalSettings, Unreviewed
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.observe_points import PointObservationSettings
@@ -28,7 +29,7 @@ from graspe_data.recordings.synchronisation import SynchronisationSettings
 from graspe_data.robot import Robot
 
 Split = Literal["train", "validation", "test"]
-OptionalColumn = Literal["smoothness"]
+OptionalColumn = Literal["smoothness", "intensity_map"]
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -133,6 +134,8 @@ class DatasetManifest(Settings):
     horizon: HorizonSettings = HorizonSettings()
     image: ImageSettings = ImageSettings()
     points: PointSettings = PointSettings()
+    intensity_map: LayerSettings = LayerSettings()
+    """Of the optional column; ignored without it."""
     image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
     point_reliability: PointReliabilitySettings = PointReliabilitySettings()
     proposals: ProposalSettings = ProposalSettings()
@@ -140,6 +143,11 @@ class DatasetManifest(Settings):
     clocks: ClockSettings = ClockSettings()
     split: SplitSettings = SplitSettings()
     storage: StorageSettings = StorageSettings()
+
+    @property
+    def intensity_layers(self) -> LayerSettings | None:
+        """The layers of the column `intensity_map`; None where it is not asked for."""
+        return self.intensity_map if "intensity_map" in self.storage.optional_columns else None
 
     @property
     def synchronisation(self) -> SynchronisationSettings:
@@ -178,6 +186,11 @@ class DatasetRecipe(Settings):
             minimum_range=lidar.minimum_range,
             base_height=self.robot.base_height,
         )
+
+    @property
+    def intensity_returns(self) -> ReturnSettings:
+        """What the robot decides of its intensity maps."""
+        return ReturnSettings.of(self.robot)
 
 
 def load_recipe(name: str | Path) -> DatasetRecipe:

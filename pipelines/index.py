@@ -24,6 +24,7 @@ def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
     details: dict[str, JsonValue] = {
         "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
         "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
+        "base_from_lidar": [list(part) for part in extracted.base_from_lidar or ()] or None,
         "time_zero_ns": extracted.time_zero_ns,
         "offsets_ns": dict(extracted.offsets_ns),
         "damage": [dict(loss) for loss in losses],
@@ -64,7 +65,9 @@ def dataset_index(
     shards: dict[str, list[ShardFile]],
 ) -> DatasetIndex:
     """The content of ``dataset.json``, but for its digest."""
-    dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"})
+    # Without the column its settings decide nothing, so the digest does not depend on them.
+    unused = set() if recipe.dataset.intensity_layers else {"intensity_map"}
+    dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"} | unused)
     losses = sum((Counter(entry.losses) for entry in entries), Counter[str]())
     return DatasetIndex(
         name=recipe.dataset.name,

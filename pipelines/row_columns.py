@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from graspe_data.columns import Column
+from graspe_data.observation.intensity_map import LayerSettings
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 
 # Name, dtype, unit, frame, meaning.
@@ -69,7 +70,7 @@ def extract_columns(recipe: DatasetRecipe) -> list[Column]:
         "velocity_history": (manifest.window.history_steps, 2),
         "pose": (6,),
     }
-    return [
+    columns = [
         Column(
             name=name,
             dtype=dtype,
@@ -81,6 +82,21 @@ def extract_columns(recipe: DatasetRecipe) -> list[Column]:
         )
         for name, dtype, unit, frame, meaning in EXTRACTED
     ]
+    layers = manifest.intensity_layers
+    return columns if layers is None else [*columns, intensity_column(layers, robot.base_frame)]
+
+
+def intensity_column(layers: LayerSettings, base_frame: str) -> Column:
+    """The optional column of intensity maps, made by the extract stage where it is asked for."""
+    return Column(
+        name="intensity_map",
+        dtype="uint8",
+        shape=layers.shape,
+        unit="1/255 of the sensor's maximum",
+        frame=base_frame,
+        meaning="layers from low to high, row 0 ahead, column 0 left; rounded up, 0 if no return",
+        stage="extract",
+    )
 
 
 def reliability_columns() -> list[Column]:

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
+from graspe_data.observation.move_points import move_points
 from graspe_data.observation.point_sample import PointSampleSettings, front, sample_points
 from graspe_data.observation.ring_order import ring_order
 from graspe_data.observation.smoothness import smoothness
@@ -76,7 +77,7 @@ def observe_points(
         ObservationError: The ring field holds no ring numbers.
     """
     useful = _within_range(cloud, settings)
-    moved = _moved(useful.xyz, base_from_lidar)
+    moved = move_points(useful.xyz, base_from_lidar)
     ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
     view, in_front = _taken(useful, ahead), moved.take(ahead, axis=0)
     wider = settings.laser_scan.half_angle > settings.sample.half_angle
@@ -128,13 +129,3 @@ def _turned_ahead(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.
     cosine, sine = (ahead / length).astype(np.float32)
     x, y, z = xyz.T
     return np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=1)
-
-
-def _moved(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:
-    """Carry points over by sums and products alone, which every processor rounds alike."""
-    x, y, z = np.ascontiguousarray(xyz.T)
-    moved = np.empty(xyz.shape, np.float32)
-    rows = np.column_stack((transform.rotation, transform.translation)).astype(np.float32)
-    for axis, (a, b, c, shift) in enumerate(rows):
-        moved[:, axis] = a * x + b * y + c * z + shift
-    return moved

@@ -14,6 +14,7 @@ from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, canonical_json, read_index
 from pipelines.report.balance import Balance, SplitBalance, split_balance
 from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours
+from pipelines.report.intensity_picture import draw_intensity_map
 from pipelines.report.notices import notices
 from pipelines.report.row_picture import draw_row
 from pipelines.report.row_scene import SCENE_COLUMNS, RowScene, row_scene
@@ -120,7 +121,9 @@ def _nonzero(counts: Any) -> dict[str, Any]:
 
 
 def _samples(folder: Path, index: DatasetIndex, splits: Sequence[str]) -> list[dict[str, Any]]:
-    datasets = {split: Dataset(folder, split, SCENE_COLUMNS) for split in splits}
+    known = {column.name for column in index.columns}
+    columns = [*SCENE_COLUMNS, *({"intensity_map"} & known)]
+    datasets = {split: Dataset(folder, split, columns) for split in splits}
     return [
         {
             "title": group.title,
@@ -136,8 +139,23 @@ def _samples(folder: Path, index: DatasetIndex, splits: Sequence[str]) -> list[d
 def _sample(index: DatasetIndex, dataset: Dataset, split: str, row: int) -> dict[str, str]:
     scene = row_scene(index, dataset.row(row))
     picture = draw_row(scene, f"{split} row {row}")
-    encoded = base64.b64encode(picture).decode("ascii")
-    return {"source": f"data:image/png;base64,{encoded}", "caption": _caption(scene, split, row)}
+    return {
+        "source": _embedded(picture),
+        "intensity": _intensity(scene),
+        "caption": _caption(scene, split, row),
+    }
+
+
+def _intensity(scene: RowScene) -> str:
+    """The picture of the row's intensity map; empty where the dataset has none."""
+    if "intensity_map" not in scene.row:
+        return ""
+    settings, robot = scene.recipe.dataset.intensity_map, scene.recipe.robot
+    return _embedded(draw_intensity_map(scene.row["intensity_map"], settings, robot.footprint))
+
+
+def _embedded(png: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
 
 
 def _caption(scene: RowScene, split: str, row: int) -> str:

@@ -49,6 +49,8 @@ class ExtractRecord(StageRecord):
     """Of the stored picture."""
     base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     """Rotation, row by row, and translation."""
+    base_from_lidar: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    """The same of the lidar; None where no cloud was read, or clouds came in several frames."""
 
     @property
     def files(self) -> dict[str, str]:
@@ -59,6 +61,8 @@ class ExtractRecord(StageRecord):
 def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
     """The key of the extract stage: whatever can change a byte of it."""
     dataset, robot = recipe.dataset, recipe.robot
+    layers = dataset.intensity_layers
+    optional = {} if layers is None else {"intensity_map": layers.model_dump(mode="json")}
     return stage_key(
         "extract",
         VERSION,
@@ -69,6 +73,7 @@ def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
         points=dataset.points.model_dump(mode="json"),
         clocks=dataset.clocks.model_dump(mode="json"),
         robot=robot.model_dump(mode="json", exclude={"name", "limits", "footprint"}),
+        **optional,
     )
 
 
@@ -119,6 +124,7 @@ def extract(
         offsets_ns=synchronised.offsets_ns,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
         base_from_camera=_flat(reading.base_from_camera),
+        base_from_lidar=_flat(reading.base_from_lidar),
     )
     write_record(folder, record)
     return record

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import ObservationError, RecordingError
 from graspe_data.geometry import Transform
+from graspe_data.observation.intensity_map import intensity_layers, store_layers
 from graspe_data.observation.observe_points import observe_points
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
@@ -60,6 +61,12 @@ class SecondPass:
         self._mounts: dict[str, Transform] = {}
         self.losses: list[Loss] = []
 
+    @property
+    def base_from_lidar(self) -> Transform | None:
+        """The lidar's mounting, once clouds were read; None where their frames differ."""
+        mounts = list(self._mounts.values())
+        return mounts[0] if len(mounts) == 1 else None
+
     def run(self, writer: EpisodeWriter) -> Counter[str]:
         """Write the rows, drop those that could not be made, and count these by reason."""
         plan, topics = self.synchronised.plan, self.recipe.robot.topics
@@ -98,7 +105,9 @@ class SecondPass:
             kind = self.recording.topics[raw.topic].message_type
             return self._picture_columns(decode_image(message, kind, raw.topic))
         except (RecordingError, ObservationError) as error:
-            reason = "picture does not decode" if picture else "cloud does not decode"
+            what = "picture" if picture else "cloud"
+            decoded = isinstance(error, ObservationError)
+            reason = f"{what} {'cannot be observed' if decoded else 'does not decode'}"
             if all(loss.topic != raw.topic for loss in self.losses):
                 self.losses.append(Loss(f"{reason}; the first: {error}", raw.topic))
             return reason
@@ -118,13 +127,23 @@ class SecondPass:
     def _point_columns(self, cloud: PointCloud) -> Values:
         seed = row_seed(self.recipe.dataset.seed, self.digest, cloud.stamp_ns)
         observation = observe_points(cloud, self._base_from_lidar(cloud), self._settings, seed)
-        return {
+        return self._intensity_columns(cloud) | {
             "points": observation.points,
             "intensity": observation.intensity,
             "point_count": observation.point_count,
             "smoothness": observation.smoothness,
             "laser_scan": observation.laser_scan,
         }
+
+    def _intensity_columns(self, cloud: PointCloud) -> dict[str, NDArray[np.generic] | float]:
+        settings = self.recipe.dataset.intensity_layers
+        if settings is None:
+            return {}
+        if cloud is _NO_CLOUD:
+            return {"intensity_map": np.zeros(settings.shape, np.uint8)}
+        returns, mounting = self.recipe.intensity_returns, self._base_from_lidar(cloud)
+        layers = intensity_layers(cloud, mounting, returns, settings)
+        return {"intensity_map": store_layers(layers)}
 
     def _base_from_lidar(self, cloud: PointCloud) -> Transform:
         if cloud is _NO_CLOUD:

@@ -1,0 +1,57 @@
+"""True positive, false positive and free cells: equations (3) to (5) of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.manifest import Settings
+
+Map = NDArray[np.float32]
+
+
+class ClassSettings(Settings):
+    """Where pliable ends and solid begins."""
+
+    threshold: Annotated[float, Field(ge=0, lt=1)] = 0.6
+    """Gamma, of the sensor's maximum: between thin (below .5) and solid (above .75)."""
+    reading: Literal["sum", "each"] = "sum"
+    """Of equation (3): the layers' sum is at most Gamma, or each layer is."""
+
+
+@dataclass(frozen=True)
+class CellClasses:
+    """Maps float32 (cells, cells), 0..1, whose supports are disjoint; free cells are 0 in both.
+
+    ``true_positive``: solid. ``false_positive``: pliable, to be driven through.
+    """
+
+    true_positive: Map
+    false_positive: Map
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """The cells without any return (true negatives), bool (cells, cells)."""
+        free: NDArray[np.bool_] = (self.true_positive == 0) & (self.false_positive == 0)
+        return free
+
+
+def classify_cells(layers: Map, settings: ClassSettings) -> CellClasses:
+    """Tell solid cells from pliable ones by the intensity of all layers together.
+
+    S = min(1, sum over the layers of I). Equation (3): a cell with 0 < S is a false positive where
+    S <= Gamma ("sum"), or where every layer is <= Gamma ("each"). Equation (4): I_TP = S where it
+    is not. Equation (5): I_FP = S where it is.
+
+    Args:
+        layers: float32 (layers, cells, cells), 0..1; see ``intensity_layers``.
+        settings: Gamma and the reading of (3).
+    """
+    total = np.minimum(layers.sum(axis=0), np.float32(1))
+    judged = total if settings.reading == "sum" else layers.max(axis=0)
+    solid = judged > np.float32(settings.threshold)
+    return CellClasses(total * solid, total * ~solid)

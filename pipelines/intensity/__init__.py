@@ -1,0 +1,1 @@
+"""The intensity maps of a recording, made and drawn."""

@@ -1,0 +1,140 @@
+"""The planning map of every cloud of a recording."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.errors import ObservationError, RecordingError
+from graspe_data.geometry import Transform
+from graspe_data.manifest import Settings
+from graspe_data.observation.intensity_map import (
+    GlassMemory,
+    Moment,
+    PlanningMap,
+    PlanningMapSettings,
+    intensity_layers,
+    planning_map,
+)
+from graspe_data.observation.odometry_series import sample_odometry
+from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.messages import RawMessage
+from graspe_data.recordings.recording import Recording
+from graspe_data.recordings.synchronised import SynchronisedRecording
+from graspe_data.robot import Mounting
+from graspe_data.sensor_data import PointCloud
+from pipelines.dataset_settings import DatasetRecipe
+
+Map = NDArray[np.float32]
+
+
+class MapRequest(Settings):
+    """What is asked of a recording's maps."""
+
+    planning: PlanningMapSettings = PlanningMapSettings()
+    goal: tuple[float, float] = (10.0, 0.0)
+    """x, y in base_link, metres: ahead of the robot wherever it is."""
+    camera: bool = True
+    """Draw what the camera saw, too."""
+    every: Annotated[int, Field(ge=1)] = 1
+    """Map one cloud of so many; glass is remembered from all that are mapped."""
+
+
+@dataclass(frozen=True)
+class MappedCloud:
+    """One cloud and its maps. ``picture``: the latest message of the camera before the cloud."""
+
+    stamp_ns: int
+    cloud: PointCloud
+    base_from_lidar: Transform
+    layers: Map
+    planned: PlanningMap
+    picture: RawMessage | None
+    wall_s: float
+    """From the decoded cloud to the planning map."""
+
+
+@dataclass(frozen=True)
+class UnmappedCloud:
+    """A cloud without a map, and why."""
+
+    stamp_ns: int
+    reason: str
+
+
+class CloudMapper:
+    """Maps the clouds of one recording in turn."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        synchronised: SynchronisedRecording,
+        recipe: DatasetRecipe,
+        request: MapRequest,
+    ) -> None:
+        """Prepare the decoder, and the odometry at each cloud's stamp."""
+        self._recording, self._synchronised = recording, synchronised
+        self._recipe, self._request = recipe, request
+        topic, lidar = recipe.robot.topics.points, recipe.robot.lidar
+        kind = recording.topics[topic].message_type
+        self._decode = cloud_decoder(kind, topic, lidar.model)
+        self._index = {n: k for k, n in enumerate(synchronised.tracks.points.ordinal.tolist())}
+        gap_s = recipe.dataset.window.odometry_gap_s
+        stamps = synchronised.points.stamps_ns
+        self._odometry = sample_odometry(synchronised.odometry, stamps, gap_s)
+        self._memory: GlassMemory | None = None
+
+    def __len__(self) -> int:
+        """How many clouds are asked for."""
+        return len(range(0, len(self._index), self._request.every))
+
+    def __iter__(self) -> Iterator[MappedCloud | UnmappedCloud]:
+        """Map one cloud after another."""
+        topics = self._recipe.robot.topics
+        ordinal, picture = -1, None
+        for raw in self._recording.messages([topics.image, topics.points]):
+            if raw.topic == topics.image:
+                picture = raw
+                continue
+            ordinal += 1
+            place = self._index.get(ordinal)
+            if place is not None and place % self._request.every == 0:
+                yield self._mapped(raw, place, picture)
+
+    def _mapped(
+        self, raw: RawMessage, place: int, picture: RawMessage | None
+    ) -> MappedCloud | UnmappedCloud:
+        stamp_ns = int(self._synchronised.points.stamps_ns[place])
+        if not self._odometry.known[place]:
+            return UnmappedCloud(stamp_ns, "no odometry at the cloud's stamp")
+        x, y, _, _, _, yaw = self._odometry.pose[place].tolist()
+        try:
+            cloud = self._decode(self._recording.decode(raw))
+            found = self._plan(cloud, Moment(stamp_ns, (x, y, yaw), self._request.goal))
+        except (RecordingError, ObservationError) as error:
+            return UnmappedCloud(stamp_ns, str(error))
+        return replace(found, picture=picture)
+
+    def _plan(self, cloud: PointCloud, moment: Moment) -> MappedCloud:
+        recipe, settings = self._recipe, self._recipe.dataset.intensity_map
+        mounting = self._mounting(cloud.frame)
+        begin = time.perf_counter()
+        layers = intensity_layers(cloud, mounting, recipe.intensity_returns, settings)
+        wanted, cell = self._request.planning, settings.grid.cell_m
+        planned = planning_map(layers, moment, self._memory, cell, wanted)
+        took = time.perf_counter() - begin
+        self._memory = planned.memory
+        return MappedCloud(moment.stamp_ns, cloud, mounting, layers, planned, None, took)
+
+    def _mounting(self, frame: str) -> Transform:
+        lidar = self._recipe.robot.lidar
+        if isinstance(lidar.mounting, Mounting):
+            return lidar.mounting.transform
+        frames, base = self._synchronised.tracks.frames, self._recipe.robot.base_frame
+        return frames.lookup(base, lidar.frame or frame)
