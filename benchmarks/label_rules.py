@@ -20,12 +20,12 @@ from graspe_data.observation.labels import (
     propose,
 )
 from graspe_data.robot import Robot
+from graspe_data.simulation.field import part_generator
 from graspe_data.simulation.message_stream import IMU_NOISE
 from graspe_data.simulation.motion.drive import STEP_S, Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.random_planner import RandomPlanner
 from graspe_data.simulation.scenario import Scenario, load_scenario
-from graspe_data.simulation.simulated_drive import part_generator
 from graspe_data.simulation.truth.events import true_events
 from graspe_data.simulation.world.build_world import build_world
 from pipelines.label_scores import KINDS

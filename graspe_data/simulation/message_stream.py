@@ -10,9 +10,10 @@ import numpy as np
 
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.simulation.camera.jpeg import encode_jpeg
+from graspe_data.simulation.field import part_generator
 from graspe_data.simulation.messages import SECOND, Messages
 from graspe_data.simulation.motion.drive import STEP_S
-from graspe_data.simulation.simulated_drive import SimulatedDrive, part_generator
+from graspe_data.simulation.simulated_drive import SimulatedDrive
 
 START_NS = 1_700_000_000 * SECOND
 """The stamp of a drive's first step."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
 from graspe_data.robot import Robot
+from graspe_data.simulation.field import part_generator
 from graspe_data.simulation.message_stream import START_NS, MessageStream, stamp_of
 from graspe_data.simulation.messages import Messages
 from graspe_data.simulation.motion.drive import STEP_S
@@ -21,11 +22,7 @@ from graspe_data.simulation.recorded_truth import (
     write_truth_annotation,
 )
 from graspe_data.simulation.scenario import Scenario
-from graspe_data.simulation.simulated_drive import (
-    SimulatedDrive,
-    part_generator,
-    simulate_drive,
-)
+from graspe_data.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from graspe_data.simulation.truth.events import true_events
 from graspe_data.simulation.truth.outlook import anchor_success
 

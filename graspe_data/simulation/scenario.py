@@ -13,7 +13,7 @@ from graspe_data.simulation.camera.light import LightSettings
 from graspe_data.simulation.camera.settings import CameraSettings
 from graspe_data.simulation.lidar.settings import LidarSettings
 from graspe_data.simulation.motion.drive import STEP_S
-from graspe_data.simulation.motion.drive_robot import MotionSettings
+from graspe_data.simulation.motion.motion_settings import MotionSettings
 from graspe_data.simulation.motion.planner_settings import PlannerSettings
 from graspe_data.simulation.occlusions import Occlusion
 from graspe_data.simulation.world.settings import WorldSettings

@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 
-import numpy as np
-
-from graspe_data.errors import ManifestError
 from graspe_data.robot import Robot
-from graspe_data.simulation.camera.camera import Camera
-from graspe_data.simulation.camera.light import draw_light
-from graspe_data.simulation.lidar.lidar import Lidar
+from graspe_data.simulation.field import Field, build_field, part_generator
 from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.drivers import Driver
-from graspe_data.simulation.motion.footprint import clearance
 from graspe_data.simulation.motion.random_planner import RandomPlanner
-from graspe_data.simulation.occlusions import Covers, draw_covers
-from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.scenario import Scenario
-from graspe_data.simulation.world.build_world import build_world
-from graspe_data.simulation.world.world import World
 
 
 @dataclass(frozen=True)
-class SimulatedDrive:
+class SimulatedDrive(Field):
     """One drive of a scenario with everything that its sensors need."""
 
-    scenario: Scenario
-    robot: Robot
-    seed: int
-    world: World
     driven: Drive
-    camera: Camera
-    lidar: Lidar
-    covers: Covers
+
+    @classmethod
+    def through(cls, field: Field, driven: Drive) -> SimulatedDrive:
+        """A drive through a field, whoever drove."""
+        return cls(**vars(field), driven=driven)
 
 
 def simulate_drive(
@@ -53,46 +40,11 @@ def simulate_drive(
     Raises:
         ManifestError: The world cannot be built as the scenario asks.
     """
-    world = build_world(scenario.world, seed)
-    _check_birth(world, robot)
+    field = build_field(scenario, robot, seed, threads)
     if driver is None:
         drawn = part_generator(scenario, seed, "planner")
-        driver = RandomPlanner(world, robot, scenario.planner, drawn)
+        driver = RandomPlanner(field.world, robot, scenario.planner, drawn)
     motion = part_generator(scenario, seed, "motion")
-    driven = drive_robot(world, robot, driver, scenario.motion, scenario.duration_s, motion)
-    light = draw_light(scenario.light, part_generator(scenario, seed, "light"))
-    drawn = part_generator(scenario, seed, "occlusions")
-    scene = RayScene(world.surfaces, threads)
-    return SimulatedDrive(
-        scenario=scenario,
-        robot=robot,
-        seed=seed,
-        world=world,
-        driven=driven,
-        camera=Camera(world, scene, light, scenario.camera),
-        lidar=Lidar(world, scene, scenario.lidar),
-        covers=draw_covers(scenario.occlusions, scenario.duration_s, drawn),
-    )
-
-
-def _check_birth(world: World, robot: Robot) -> None:
-    """Refuse a robot whose footprint at the start is in what stops or entangles it."""
-    solid = world.obstacles.having("stops", "entangles")
-    gaps = clearance(robot.footprint, np.array([world.start]), solid)[0]
-    if gaps.min(initial=np.inf) >= 0:
-        return
-    worst = int(gaps.argmin())
-    x, y = solid.start[worst]
-    raise ManifestError(
-        f"world.start: the {robot.footprint.length:g} m by {robot.footprint.width:g} m of the "
-        f"robot {robot.name!r} would be born {-gaps[worst]:.2f} m deep in the "
-        f"{solid.material[worst]} at ({x:g}, {y:g}): raise start_clearance, or move one of them."
-    )
-
-
-def part_generator(scenario: Scenario, seed: int, part: str) -> np.random.Generator:
-    """The generator of one part of a simulation: what one draws changes no other.
-
-    Scenarios of other names draw otherwise from the same seed.
-    """
-    return np.random.default_rng([seed, zlib.crc32(f"{scenario.name}/{part}".encode())])
+    duration_s = scenario.duration_s
+    driven = drive_robot(field.world, robot, driver, scenario.motion, duration_s, motion)
+    return SimulatedDrive.through(field, driven)

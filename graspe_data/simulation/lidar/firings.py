@@ -29,6 +29,10 @@ class Firings:
     direction: NDArray[np.float64]
     ring: NDArray[np.uint16]
 
+    def where(self, kept: NDArray[np.bool_] | slice) -> Firings:
+        """Those kept, bool (N,) or a slice."""
+        return Firings(self.time_s[kept], self.azimuth[kept], self.direction[kept], self.ring[kept])
+
 
 def firings_of_turn(rotation_rate: float) -> Firings:
     """All whole columns of one turn; ``rotation_rate`` in Hz.

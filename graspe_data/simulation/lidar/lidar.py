@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 _KNOTS: Final = 20
 _FULL_INTENSITY: Final = 255.0
+_MARGIN: Final = 0.05
+"""Metres by which noise may bring a return nearer than the minimum range."""
 
 
 class Lidar:
@@ -33,12 +35,19 @@ class Lidar:
     out, as the driver corrects for them.
     """
 
-    def __init__(self, world: World, scene: RayScene, settings: LidarSettings) -> None:
-        """Prepare the beams; ``scene`` holds the world's surfaces."""
+    def __init__(
+        self, world: World, scene: RayScene, settings: LidarSettings, *, front_only: bool = False
+    ) -> None:
+        """Prepare the beams; ``scene`` holds the world's surfaces.
+
+        With ``front_only`` beams are left out that can return nothing from x >= 0 in base_link.
+        """
         self._settings = settings
         self._surfaces = Surfaces(scene, world.materials)
-        self._firings = firings_of_turn(settings.rotation_rate)
-        self._rays = sub_rays(self._firings.direction, settings.divergence, settings.sub_rays)
+        firings = firings_of_turn(settings.rotation_rate)
+        rays = sub_rays(firings.direction, settings.divergence, settings.sub_rays)
+        kept = self._reach_ahead(firings.direction) if front_only else slice(None)
+        self._firings, self._rays = firings.where(kept), rays[kept]
 
     @property
     def base_from_lidar(self) -> Transform:
@@ -69,6 +78,13 @@ class Lidar:
         if occlusion is not None:
             returns = returns.where(~occlusion.covers(self._firings.azimuth[returns.beam]))
         return self._points(returns, generator)
+
+    def _reach_ahead(self, directions: Floats) -> NDArray[np.bool_]:
+        """Whether beams (N, 3) that are longer than the minimum range can end at x >= 0."""
+        mounted, nearest = self.base_from_lidar, self._settings.minimum_range - _MARGIN
+        along = directions @ mounted.rotation[0]
+        ahead: NDArray[np.bool_] = (along >= 0) | (mounted.translation[0] + nearest * along >= 0)
+        return ahead
 
     def _sweep(
         self, time_s: float, base_pose: Callable[[float], Transform]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graspe_data.geometry import Floats
 from graspe_data.simulation.motion.drive import STEP_S
@@ -61,3 +63,21 @@ class Stumbling:
         if chance < stumble_chance(height, speed, self._settings) and self.phase(step) >= 1.0:
             tilt = min(height * self._settings.stumble_tilt, self._settings.largest_tilt)
             self.stumbles.append(Stumble(step, tilt, float(direction)))
+
+
+def stumble_tilts(stumbles: Sequence[Stumble], lasting_s: float, time_s: Floats) -> Floats:
+    """Roll and pitch (N, 2) in rad at times (N,): the body tips over and back, as sin^2."""
+    tilts = np.zeros((len(time_s), 2))
+    for stumble in stumbles:
+        phase = np.clip((time_s - stumble.step * STEP_S) / lasting_s, 0.0, 1.0)
+        tip = stumble.tilt * np.sin(np.pi * phase) ** 2
+        tilts += tip[:, None] * (np.sin(stumble.direction), np.cos(stumble.direction))
+    return tilts
+
+
+def stumbling_at(stumbles: Sequence[Stumble], lasting_s: float, steps: int) -> NDArray[np.bool_]:
+    """Whether the robot is off its gait at each step, bool (steps,)."""
+    stumbling: NDArray[np.bool_] = np.zeros(steps, np.bool_)
+    for stumble in stumbles:
+        stumbling[stumble.step : stumble.step + round(lasting_s / STEP_S)] = True
+    return stumbling

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -29,29 +30,51 @@ class OdometrySettings(Settings):
     """rad per square root of a second, of the heading."""
 
 
+@dataclass(frozen=True)
+class OdometryErrors:
+    """The errors of one drive of at most N steps.
+
+    ``scale`` float64 (2,), factors of v and omega. ``noise`` (N, 2), m/s and rad/s. ``walk`` (N,),
+    rad that the heading drifts at each step.
+    """
+
+    scale: Floats
+    noise: Floats
+    walk: Floats
+
+
+def draw_odometry_errors(
+    settings: OdometrySettings, steps: int, generator: np.random.Generator
+) -> OdometryErrors:
+    """Draw the errors of a drive of so many steps of ``STEP_S``."""
+    scale = 1 + generator.normal(0.0, settings.scale, 2)
+    noise = generator.normal(0.0, (settings.speed_noise, settings.yaw_rate_noise), (steps, 2))
+    walk = generator.normal(0.0, settings.yaw_walk * np.sqrt(STEP_S), steps)
+    return OdometryErrors(scale, noise, walk)
+
+
 def dead_reckoning(
-    settings: OdometrySettings, velocity: Floats, slip: Floats, generator: np.random.Generator
+    errors: OdometryErrors, velocity: Floats, slip: Floats, slip_seen: float
 ) -> tuple[Floats, Floats]:
     """Velocities as the odometry reports them, and the poses that it makes of them.
 
+    What it reports of a step does not depend on the steps after it.
+
     Args:
-        settings: Errors.
+        errors: Of N steps or more.
         velocity: (N, 2) true v and omega, m/s and rad/s, at steps of ``STEP_S``.
         slip: (N,), share of the legs' speed that was lost.
-        generator: Draws the errors.
+        slip_seen: Share of the slip that the odometry notices.
 
     Returns:
         v and omega (N, 2), and x, y, yaw (N, 3) from 0 at the first step; yaw is not wrapped.
     """
     count = len(velocity)
-    scale = 1 + generator.normal(0.0, settings.scale, 2)
-    noise = generator.normal(0.0, (settings.speed_noise, settings.yaw_rate_noise), (count, 2))
-    walk = generator.normal(0.0, settings.yaw_walk * np.sqrt(STEP_S), count)
-    unseen = (1 - settings.slip_seen * slip) / (1 - slip)
-    reported = velocity * scale * unseen[:, None]
-    turned = np.cumsum(reported[1:, 1] * STEP_S + walk[1:])
+    unseen = (1 - slip_seen * slip) / (1 - slip)
+    reported = velocity * errors.scale * unseen[:, None]
+    turned = np.cumsum(reported[1:, 1] * STEP_S + errors.walk[1:count])
     yaw = np.concatenate([[0.0], turned])
     middle = (yaw[1:] + yaw[:-1]) / 2
     way = reported[1:, :1] * STEP_S * np.stack([np.cos(middle), np.sin(middle)], axis=1)
     place = np.concatenate([np.zeros((1, 2)), np.cumsum(way, axis=0)])
-    return reported + noise, np.column_stack([place, yaw])
+    return reported + errors.noise[:count], np.column_stack([place, yaw])

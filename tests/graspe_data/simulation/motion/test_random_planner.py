@@ -10,8 +10,9 @@ from pydantic import ValidationError
 
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.drive import Drive
-from graspe_data.simulation.motion.drive_robot import MotionSettings, drive_robot
+from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.drivers import Leg, RobotState, ScriptedDriver
+from graspe_data.simulation.motion.motion_settings import MotionSettings
 from graspe_data.simulation.motion.planner_settings import PlannerSettings
 from graspe_data.simulation.motion.random_planner import RandomPlanner
 from graspe_data.simulation.world.obstacles import Obstacle

@@ -1,0 +1,45 @@
+"""All settings of trials and of the planners in them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from graspe_data.manifest import Settings
+from graspe_data.robot import Robot
+from graspe_data.simulation.scenario import Scenario
+from pipelines.trials.settings import TrialSettings
+from planners.dwa_fox import FoxSettings
+from planners.dwa_lab import LabSettings
+from planners.graspe_planner import GraspeSettings
+
+
+class TrialConfig(Settings):
+    """A file that `graspe navigate run --config` reads."""
+
+    trial: TrialSettings = TrialSettings()
+    """How trials are run."""
+    dwa_fox: FoxSettings = FoxSettings()
+    """Of the method ``dwa_fox``."""
+    dwa_lab: LabSettings = LabSettings()
+    """Of the method ``dwa_lab``."""
+    graspe: GraspeSettings = GraspeSettings()
+    """Of all methods with a bundle."""
+
+
+class Conditions(Settings):
+    """What the trials of one scenario share, whatever the method and the seed."""
+
+    scenario: Scenario
+    robot: Robot
+    trial: TrialSettings
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all settings, defaults included."""
+        return digest_of(self.model_dump(mode="json"))
+
+
+def digest_of(content: object) -> str:
+    """SHA-256 of what JSON can hold, whatever the order of its keys."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,143 @@
+"""The methods that are compared: planners by name, and bundles that drive."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from graspe_data.bundle_contract import CONTRACT_FILE, SEAL_FILE
+from graspe_data.errors import StageError
+from graspe_data.manifest import Settings
+from graspe_data.simulation.field import Field
+from pipelines.trials.config import TrialConfig, digest_of
+from pipelines.trials.settings import TrialSettings
+from pipelines.trials.situations import Senses
+from planners.bundle import load_bundle
+from planners.calibration import Calibration
+from planners.dwa_fox import DwaFox
+from planners.dwa_lab import DwaLab
+from planners.graspe_planner import GraspePlanner
+from planners.guarded import Guarded, GuardSettings
+from planners.obstacles import ScanObstacles
+from planners.robot_check import check_robot
+from planners.scorer import Scorer
+from planners.situation import Planner
+
+FOX, LAB = "dwa_fox", "dwa_lab"
+VERSION: Final = 1
+"""Of trials; raised when the same settings drive otherwise."""
+OLDEST_S = 0.5
+"""A planner stops for older sensor data, unless the sensors are slower than that."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+
+
+@dataclass(frozen=True)
+class Method:
+    """A planner without a model, by its name, or a bundle under a name of its own."""
+
+    name: str
+    bundle: Path | None = None
+
+    @property
+    def senses(self) -> Senses:
+        """The sensors that it looks at."""
+        return Senses(camera=self.bundle is not None, lidar=True)
+
+    def inputs(self, conditions: str, seed: int, config: TrialConfig) -> str:
+        """Digest of all that a trial's result depends on."""
+        seal = None
+        if self.bundle is not None:
+            seal = hashlib.sha256((self.bundle / SEAL_FILE).read_bytes()).hexdigest()
+        settings = self._settings(config).model_dump(mode="json")
+        return digest_of([VERSION, conditions, seed, self.name, seal, settings])
+
+    def _settings(self, config: TrialConfig) -> Settings:
+        if self.bundle is not None:
+            return config.graspe
+        return config.dwa_fox if self.name == FOX else config.dwa_lab
+
+
+def parse_methods(asked: Sequence[str]) -> list[Method]:
+    """Methods as the command line names them.
+
+    Args:
+        asked: Each ``dwa_fox``, ``dwa_lab``, ``NAME=BUNDLE``, a bundle, or a folder of bundles,
+            which are called as their folders are.
+
+    Raises:
+        StageError: Neither a planner nor a bundle, or a name that two methods have.
+    """
+    methods = [method for text in asked for method in _parse(text)]
+    names = [method.name for method in methods]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise StageError(
+            f"--method: {', '.join(twice)} is named more than once: give NAME=BUNDLE, each with a "
+            f"name of its own."
+        )
+    return methods
+
+
+def make_planner(method: Method, field: Field, config: TrialConfig, threads: int) -> Planner:
+    """Set up a method for the robot of a field, guarded against bad input.
+
+    Args:
+        method: The planner or the bundle.
+        field: Its robot's limits and footprint, and its sensors' calibration, count.
+        config: Settings of the planners.
+        threads: Of the model.
+
+    Raises:
+        PlannerError: The bundle is damaged, or was made for another robot.
+    """
+    robot, camera, lidar = field.robot, field.camera, field.lidar
+    calibration = Calibration(camera.intrinsics, camera.base_from_camera, lidar.base_from_lidar)
+    guard = _guard(method, field, config.trial)
+    if method.bundle is not None:
+        bundle = load_bundle(method.bundle, threads)
+        check_robot(bundle.contract, robot, calibration)
+        scorer = Scorer(bundle, calibration)
+        return Guarded(GraspePlanner(robot, scorer, config.graspe), robot.limits, guard)
+    obstacles = ScanObstacles(
+        calibration.base_from_lidar, robot.base_height, robot.lidar.minimum_range
+    )
+    if method.name == FOX:
+        return Guarded(DwaFox(robot, obstacles, config.dwa_fox), robot.limits, guard)
+    return Guarded(DwaLab(robot, obstacles, config.dwa_lab), robot.limits, guard)
+
+
+def _guard(method: Method, field: Field, settings: TrialSettings) -> GuardSettings:
+    camera, lidar = field.scenario.camera, field.scenario.lidar
+    turn_s = 1 / lidar.rotation_rate
+    return GuardSettings(
+        picture_age_s=max(OLDEST_S, 1.5 / camera.rate),
+        cloud_age_s=max(OLDEST_S, 1.5 / lidar.rate + turn_s),
+        needs_picture=method.senses.camera,
+        period_s=settings.control_period_s,
+    )
+
+
+def _parse(text: str) -> list[Method]:
+    if text in (FOX, LAB):
+        return [Method(text)]
+    name, equals, place = text.partition("=")
+    folder = Path(place if equals else text)
+    if equals:
+        found = {name: folder} if (folder / CONTRACT_FILE).is_file() else {}
+    elif (folder / CONTRACT_FILE).is_file():
+        found = {folder.resolve().name: folder}
+    else:
+        found = {
+            path.parent.name: path.parent for path in sorted(folder.glob(f"*/{CONTRACT_FILE}"))
+        }
+    if not found or not all(_NAME.fullmatch(each) and each not in (FOX, LAB) for each in found):
+        raise StageError(
+            f"--method {text}: expected {FOX}, {LAB}, NAME=BUNDLE, or the folder of a bundle or of "
+            f"several that `graspe export` wrote; names are letters, digits, '_', '.' and '-'."
+        )
+    return [Method(each, path.resolve()) for each, path in found.items()]

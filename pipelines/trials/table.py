@@ -1,0 +1,146 @@
+"""Tables of trials: the counterparts of GrASPE's Table I and Table II."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from io import StringIO
+from typing import Any
+
+from pipelines.trials.results import Cell
+
+OUTCOMES = ("success", "collision", "stuck", "stalled", "left_arena", "timeout")
+KINDS = ("perception", "threshold", "planner", "world")
+NOTE = """\
+Success: the robot came within the goal's radius without running into anything solid, being held
+by something, standing still for too long, leaving the arena or running out of time; in brackets
+the 95 % interval (Wilson). All methods met the same seeds: worlds, slip, odometry errors, noise.
+"""
+
+
+def table_records(table: Sequence[Cell]) -> list[dict[str, Any]]:
+    """A record for each method and scenario."""
+    return [_record(cell) for cell in table]
+
+
+def render_csv(table: Sequence[Cell]) -> str:
+    """The records as CSV; empty where there is no number."""
+    records, text = table_records(table), StringIO()
+    writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    return text.getvalue()
+
+
+def render_markdown(table: Sequence[Cell]) -> str:
+    """Table I (success, length, time, collisions), Table II (rate), and why trials failed."""
+    parts = [
+        "# Navigation\n",
+        NOTE,
+        *_seeds(table),
+        _block("Success rate, %", table, _success),
+        _block("Normalised length of successes", table, lambda c: _text(c.normalised_length, 3)),
+        _block("Seconds to the goal", table, lambda c: _text(c.duration_s, 1)),
+        _block("Collisions a trial", table, lambda c: _text(c.collisions, 2)),
+        "## Control\n",
+        _lines(("method", "answers/s", "median, ms", "90 %, ms"), _rates(table)),
+        "## How trials ended, and why they failed\n",
+        _lines(("method", *OUTCOMES, *KINDS), _ends(table)),
+    ]
+    return "\n".join(parts)
+
+
+def _record(cell: Cell) -> dict[str, Any]:
+    low, high = cell.interval
+    median, late = cell.answer_s
+    return {
+        "method": cell.method,
+        "scenario": cell.scenario,
+        "trials": len(cell.trials),
+        "successes": cell.successes,
+        "success_rate": cell.rate,
+        "low": low,
+        "high": high,
+        "normalised_length": cell.normalised_length,
+        "duration_s": cell.duration_s,
+        "collisions": cell.collisions,
+        **{outcome: cell.outcomes[outcome] for outcome in OUTCOMES},
+        **{kind: cell.failures[kind] for kind in KINDS},
+        "free_share": cell.free_share,
+        "answers_per_s": 1 / median if median else None,
+        "answer_median_s": median,
+        "answer_p90_s": late,
+    }
+
+
+def _seeds(table: Sequence[Cell]) -> list[str]:
+    """A warning where methods did not meet the same seeds after all."""
+    met: dict[str, set[frozenset[int]]] = {}
+    for cell in table:
+        met.setdefault(cell.scenario, set()).add(frozenset(trial.seed for trial in cell.trials))
+    differing = sorted(scenario for scenario, seeds in met.items() if len(seeds) > 1)
+    if not differing:
+        return []
+    return [f"**Not so in {', '.join(differing)}: some trials are missing.**\n"]
+
+
+def _block(title: str, table: Sequence[Cell], show: Callable[[Cell], str]) -> str:
+    scenarios = sorted({cell.scenario for cell in table})
+    shown = {(cell.method, cell.scenario): show(cell) for cell in table}
+    rows = [
+        (method, *(shown.get((method, scenario), "") for scenario in scenarios))
+        for method in _methods(table)
+    ]
+    return f"## {title}\n\n" + _lines(("method", *scenarios), rows)
+
+
+def _lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    marks = ["---"] + ["---:"] * (len(head) - 1)
+    return "".join(f"| {' | '.join(row)} |\n" for row in (head, marks, *rows))
+
+
+def _rates(table: Sequence[Cell]) -> list[tuple[str, ...]]:
+    return [
+        (
+            whole.method,
+            _text(1 / max(median, 1e-9), 1),
+            _text(1e3 * median, 1),
+            _text(1e3 * late, 1),
+        )
+        for whole in _wholes(table)
+        for median, late in [whole.answer_s]
+    ]
+
+
+def _ends(table: Sequence[Cell]) -> list[tuple[str, ...]]:
+    return [
+        (
+            whole.method,
+            *(str(whole.outcomes[outcome]) for outcome in OUTCOMES),
+            *(str(whole.failures[kind]) for kind in KINDS),
+        )
+        for whole in _wholes(table)
+    ]
+
+
+def _wholes(table: Sequence[Cell]) -> list[Cell]:
+    """Each method over all scenarios."""
+    return [
+        Cell(
+            method, "all", tuple(t for cell in table if cell.method == method for t in cell.trials)
+        )
+        for method in _methods(table)
+    ]
+
+
+def _methods(table: Sequence[Cell]) -> list[str]:
+    return list(dict.fromkeys(cell.method for cell in table))
+
+
+def _success(cell: Cell) -> str:
+    low, high = (round(100 * end) for end in cell.interval)
+    return f"{100 * cell.rate:.0f} ({low} to {high}; n = {len(cell.trials)})"
+
+
+def _text(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"

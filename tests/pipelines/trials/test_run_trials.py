@@ -1,0 +1,192 @@
+"""Many trials: files that stay, methods by name and by bundle, bags beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graspe_data.bundle_contract import BundleContract
+from graspe_data.errors import PlannerError, StageError
+from graspe_data.recordings import open_recording
+from graspe_data.robot import Limits
+from graspe_data.simulation.recorded_truth import read_truth
+from pipelines.executors import Workers
+from pipelines.progress import Silent
+from pipelines.trials.config import Conditions, TrialConfig
+from pipelines.trials.methods import Method, make_planner, parse_methods
+from pipelines.trials.run_trials import TrialTask, run_trials
+from pipelines.trials.seeds import fair_seeds
+from pipelines.trials.settings import TrialSettings
+from pipelines.trials.trial import Trial, read_trial
+from planners.calibration import Calibration
+from tests.planners.tiny_bundle import tiny_contract, write_tiny_bundle
+
+ContractOf = Callable[..., BundleContract]
+
+FOX, LAB = Method("dwa_fox"), Method("dwa_lab")
+BRIEF = TrialConfig(trial=TrialSettings(time_limit_s=1.5, control_period_s=0.2))
+
+
+@pytest.fixture(scope="module")
+def conditions(lane_of: Any, bush: dict[str, Any]) -> Conditions:
+    lane = lane_of(bush, time_limit_s=1.5)
+    return Conditions(scenario=lane.scenario, robot=lane.robot, trial=BRIEF.trial)
+
+
+@pytest.fixture(scope="module")
+def contract(lane_of: Any) -> ContractOf:
+    """Contracts for the robot of the lane."""
+    lane = lane_of()
+    calibration = Calibration(
+        lane.camera.intrinsics, lane.camera.base_from_camera, lane.lidar.base_from_lidar
+    )
+    return partial(tiny_contract, lane.robot, calibration)
+
+
+@pytest.fixture(scope="module")
+def tiny(contract: ContractOf, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_tiny_bundle(tmp_path_factory.mktemp("bundles") / "tiny", contract())
+
+
+def run(out: Path, conditions: Conditions, *methods: Method, **changes: Any) -> list[Trial]:
+    told: dict[str, Any] = {"config": BRIEF, "seeds": (0,)} | changes
+    config, seeds = told.pop("config"), told.pop("seeds")
+    tasks = [TrialTask(conditions, s, m, config, **told) for s in seeds for m in methods]
+    return run_trials(tasks, out, Workers(), Silent())
+
+
+def written(out: Path) -> dict[str, int]:
+    return {str(path.relative_to(out)): path.stat().st_mtime_ns for path in out.rglob("*.json")}
+
+
+def test_each_trial_has_its_file_and_the_scenario_its_conditions(
+    conditions: Conditions, tmp_path: Path
+) -> None:
+    done = run(tmp_path, conditions, FOX, LAB, seeds=(0, 3))
+    assert set(written(tmp_path)) == {
+        "lane/conditions.json",
+        *(f"lane/{method}/{seed}.json" for method in ("dwa_fox", "dwa_lab") for seed in (0, 3)),
+    }
+    assert [(trial.seed, trial.method) for trial in done] == [
+        (seed, method) for seed in (0, 3) for method in ("dwa_fox", "dwa_lab")
+    ]
+    assert read_trial(tmp_path / "lane/dwa_lab/3.json") == done[3]
+    told = (tmp_path / "lane/conditions.json").read_text()
+    assert Conditions.model_validate_json(told) == conditions
+    assert {trial.conditions for trial in done} == {conditions.digest}
+
+
+def test_what_is_there_stays_and_what_is_damaged_or_changed_is_run_again(
+    conditions: Conditions, tmp_path: Path
+) -> None:
+    first = run(tmp_path, conditions, FOX, LAB)
+    before = written(tmp_path)["lane/dwa_fox/0.json"]
+    assert run(tmp_path, conditions, FOX, LAB)[0] == first[0]
+    assert written(tmp_path)["lane/dwa_fox/0.json"] == before
+    (tmp_path / "lane/dwa_fox/0.json").write_text("{")
+    assert run(tmp_path, conditions, FOX)[0].path == first[0].path
+    slimmer = BRIEF.dwa_lab.model_copy(update={"radius": 0.4})
+    other = BRIEF.model_copy(update={"dwa_lab": slimmer})
+    kept, changed = run(tmp_path, conditions, FOX, LAB, config=other)
+    assert kept.inputs == first[0].inputs
+    assert changed.inputs != first[1].inputs
+
+
+def test_the_number_of_workers_changes_nothing_but_times(
+    conditions: Conditions, tmp_path: Path
+) -> None:
+    tasks = [TrialTask(conditions, seed, FOX, BRIEF) for seed in (0, 1)]
+    told = []
+    for workers in (1, 2):
+        done = run_trials(tasks, tmp_path / str(workers), Workers(workers), Silent())
+        told.append([trial.model_dump(exclude={"control"}) for trial in done])
+    assert told[0] == told[1]
+
+
+def test_a_bundle_drives_and_is_part_of_what_a_trial_depends_on(
+    conditions: Conditions, tiny: Path, contract: ContractOf, tmp_path: Path
+) -> None:
+    (trial,) = run(tmp_path, conditions, Method("ours", tiny))
+    assert trial.control.answers == 7
+    assert trial.method == "ours"
+    assert not any("stop:" in reason for reason in trial.safe_commands)
+    other = write_tiny_bundle(tmp_path / "other", contract(uses_candidates=False))
+    inputs = [Method("ours", folder).inputs("c", 0, BRIEF) for folder in (tiny, tiny, other)]
+    assert inputs[0] == inputs[1] != inputs[2]
+
+
+def test_a_bundle_of_another_robot_is_refused(
+    conditions: Conditions, tiny: Path, lane_of: Any
+) -> None:
+    lane = lane_of()
+    limits = Limits(linear_velocity=(0.0, 2.0), yaw_rate=(-0.6, 0.6))
+    faster = lane.robot.model_copy(update={"limits": limits})
+    field = type(lane)(**(vars(lane) | {"robot": faster}))
+    with pytest.raises(PlannerError, match="linear_velocity"):
+        make_planner(Method("ours", tiny), field, BRIEF, 1)
+
+
+def test_a_recorded_trial_has_its_bag_beside_with_the_truth(
+    conditions: Conditions, tmp_path: Path
+) -> None:
+    (trial,) = run(tmp_path, conditions, FOX, record=True)
+    bag = tmp_path / "lane/dwa_fox/0.bag"
+    with open_recording(bag) as recording:
+        assert {"/camera/color/image_raw/compressed", "/velodyne_points"} <= set(recording.topics)
+        assert recording.topics["/cmd_vel"].count == round(trial.duration_s * 10)
+    assert len(read_truth(bag).stamps_ns) == round(trial.duration_s * 5 + 0.49)
+    assert {path.name for path in bag.parent.iterdir()} == {
+        "0.json",
+        "0.bag",
+        "0.bag.truth.yaml",
+    }
+
+
+def test_recording_later_runs_the_trial_again(conditions: Conditions, tmp_path: Path) -> None:
+    first = run(tmp_path, conditions, LAB)[0]
+    assert run(tmp_path, conditions, LAB, record=True)[0].path == first.path
+    assert (tmp_path / "lane/dwa_lab/0.bag").is_file()
+
+
+def test_methods_are_planners_bundles_and_folders_of_bundles(tiny: Path, tmp_path: Path) -> None:
+    asked = ["dwa_fox", f"ours={tiny}"]
+    assert parse_methods(asked) == [FOX, Method("ours", tiny.resolve())]
+    assert parse_methods([str(tiny)]) == [Method("tiny", tiny.resolve())]
+    assert parse_methods([str(tiny.parent)]) == [Method("tiny", tiny.resolve())]
+
+
+@pytest.mark.parametrize(
+    "asked", ["dwa", "ours=nowhere", "dwa_fox={tiny}", "a b={tiny}", "{empty}"]
+)
+def test_what_is_no_method_is_refused(asked: str, tiny: Path, tmp_path: Path) -> None:
+    text = asked.format(tiny=tiny, empty=tmp_path)
+    with pytest.raises(StageError, match="expected dwa_fox, dwa_lab, NAME=BUNDLE"):
+        parse_methods([text])
+
+
+def test_two_methods_of_one_name_are_refused(tiny: Path) -> None:
+    with pytest.raises(StageError, match="tiny is named more than once"):
+        parse_methods([str(tiny), f"tiny={tiny}"])
+
+
+def test_seeds_with_something_at_the_goal_are_left_out(
+    conditions: Conditions, lane_of: Any
+) -> None:
+    assert fair_seeds(conditions, 5, 3) == [5, 6, 7]
+    scattered = {"kind": "pillar", "per_100_m2": [6.0, 6.0], "intertwined": True}
+    crowded = lane_of(scattered).scenario
+    there = Conditions(scenario=crowded, robot=conditions.robot, trial=BRIEF.trial)
+    chosen = fair_seeds(there, 0, 5)
+    assert chosen != [0, 1, 2, 3, 4]
+    assert chosen == sorted(set(chosen))
+
+
+def test_a_goal_that_is_always_barred_is_refused(conditions: Conditions, lane_of: Any) -> None:
+    barred = lane_of({"kind": "pillar", "at": [[3.2, 0.0]]}).scenario
+    there = Conditions(scenario=barred, robot=conditions.robot, trial=BRIEF.trial)
+    with pytest.raises(StageError, match=r"something stands at the goal \(3, 0\)"):
+        fair_seeds(there, 0, 1)
