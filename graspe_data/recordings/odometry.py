@@ -1,111 +1,20 @@
-"""Odometry between its samples: interpolated, yaw unwrapped, never across a gap."""
+"""The odometry of a recording, in time order."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
-
-from graspe_data.errors import RecordingError
-from graspe_data.geometry import roll_pitch_yaw, rotation_from_quaternion
-from graspe_data.recordings.clocks import SECOND, Timeline
-from graspe_data.recordings.tracks import MotionTrack, Stamps
-
-Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class PoseSeries:
-    """Odometry in time order, one sample a stamp.
-
-    ``pose`` (N, 6): x, y, z in metres and roll, pitch, yaw in rad, in the odometry frame; angles
-    unwrapped. ``velocity`` (N, 2): m/s along body x, and rad/s.
-    """
-
-    stamps_ns: Stamps
-    pose: Floats
-    velocity: Floats
-
-
-@dataclass(frozen=True)
-class PoseSamples:
-    """Odometry at asked times (...,): pose (..., 6), velocity (..., 2), and what is behind them.
-
-    ``known`` is False outside the recording and inside a gap; ``age_ns`` is the time since the
-    latest sample at or before the asked time.
-    """
-
-    pose: Floats
-    velocity: Floats
-    known: NDArray[np.bool_]
-    age_ns: Stamps
+from graspe_data.errors import ObservationError, RecordingError
+from graspe_data.observation.odometry_series import PoseSeries, odometry_series
+from graspe_data.recordings.clocks import Timeline
+from graspe_data.recordings.tracks import MotionTrack
 
 
 def pose_series(track: MotionTrack, time: Timeline) -> PoseSeries:
-    """Sort samples by time, drop repeated stamps and samples that are not finite.
-
-    A track without poses (a TwistStamped) is integrated from the origin along its arcs.
+    """The samples of a track as ``odometry_series`` has them.
 
     Raises:
         RecordingError: Fewer than two usable samples.
     """
-    stamps, first = np.unique(time.stamps_ns, return_index=True)
-    velocity = track.velocity[first]
-    if np.isnan(track.position).all():
-        pose = _dead_reckoning(stamps, velocity)
-    else:
-        pose = _poses(track.position[first], track.quaternion[first])
-    usable = np.isfinite(pose).all(axis=1) & np.isfinite(velocity).all(axis=1)
-    if np.count_nonzero(usable) < 2:  # noqa: PLR2004
-        raise RecordingError(
-            f"{track.stamps.topic}: {np.count_nonzero(usable)} usable odometry samples of "
-            f"{usable.size}; at least two are needed."
-        )
-    pose, velocity = pose[usable], velocity[usable]
-    pose[:, 3:] = np.unwrap(pose[:, 3:], axis=0)
-    return PoseSeries(stamps[usable], pose, velocity)
-
-
-def sample_odometry(series: PoseSeries, times_ns: Stamps, maximum_gap_s: float) -> PoseSamples:
-    """Interpolate linearly between neighbouring samples no further apart than ``maximum_gap_s``."""
-    stamps = series.stamps_ns
-    before = np.searchsorted(stamps, times_ns, side="right") - 1
-    left = np.clip(before, 0, stamps.size - 2)
-    span = stamps[left + 1] - stamps[left]
-    share = (times_ns - stamps[left]) / span
-    exact = (times_ns == stamps[left]) | (times_ns == stamps[left + 1])
-    inside = (times_ns >= stamps[0]) & (times_ns <= stamps[-1])
-    known = exact | (inside & (span <= round(maximum_gap_s * SECOND)))
-    return PoseSamples(
-        pose=_blend(series.pose, left, share),
-        velocity=_blend(series.velocity, left, share),
-        known=known,
-        age_ns=times_ns - stamps[np.maximum(before, 0)],
-    )
-
-
-def _blend(values: Floats, left: NDArray[np.intp], share: Floats) -> Floats:
-    weight = share[..., None]
-    blended: Floats = (1.0 - weight) * values[left] + weight * values[left + 1]
-    return blended
-
-
-def _poses(position: Floats, quaternion: Floats) -> Floats:
-    length = np.linalg.norm(quaternion, axis=1)
-    unit = np.where((length > 0)[:, None], quaternion, (0.0, 0.0, 0.0, 1.0))
-    angles = np.stack(roll_pitch_yaw(rotation_from_quaternion(unit)), axis=1)
-    angles[~(length > 0)] = np.nan
-    return np.concatenate([position, angles], axis=1)
-
-
-def _dead_reckoning(stamps: Stamps, velocity: Floats) -> Floats:
-    step = np.diff(stamps) / SECOND
-    middle = 0.5 * (velocity[1:] + velocity[:-1])
-    yaw = np.concatenate([[0.0], np.cumsum(middle[:, 1] * step)])
-    heading = 0.5 * (yaw[1:] + yaw[:-1])
-    pose = np.zeros((stamps.size, 6))
-    pose[1:, 0] = np.cumsum(middle[:, 0] * step * np.cos(heading))
-    pose[1:, 1] = np.cumsum(middle[:, 0] * step * np.sin(heading))
-    pose[:, 5] = yaw
-    return pose
+    try:
+        return odometry_series(time.stamps_ns, track.position, track.quaternion, track.velocity)
+    except ObservationError as error:
+        raise RecordingError(f"{track.stamps.topic}: {error}") from error

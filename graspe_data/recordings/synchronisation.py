@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from graspe_data.manifest import Settings
+from graspe_data.observation.odometry_series import PoseSamples, PoseSeries, sample_odometry
+from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.recordings.clocks import SECOND
-from graspe_data.recordings.odometry import PoseSamples, PoseSeries, sample_odometry
 from graspe_data.recordings.tracks import Stamps
 
 Positive = Annotated[float, Field(gt=0)]
@@ -114,13 +115,12 @@ def plan_rows(
     image = choose_anchors(image_ns, settings.anchor_rate)
     anchors = image_ns[image]
     points = pair_nearest(anchors, points_ns, settings.points_tolerance_s)
-    back_s = np.arange(settings.history_steps - 1, -1, -1) * settings.history_step_s
-    back_ns = np.rint(back_s * SECOND).astype(np.int64)
+    times = history_times(anchors, settings.history_steps, settings.history_step_s)
     now = sample_odometry(odometry, anchors, settings.odometry_gap_s)
-    history, known = _history(odometry, anchors, back_ns, settings.odometry_gap_s)
+    history, known = velocity_history(odometry, times, settings.odometry_gap_s)
     end_ns = anchors + round(settings.horizon_s * SECOND)
     reasons = {
-        "history begins before the odometry": anchors - back_ns[0] < odometry.stamps_ns[0],
+        "history begins before the odometry": times[:, 0] < odometry.stamps_ns[0],
         "horizon runs past the end of the odometry": end_ns > odometry.stamps_ns[-1],
         "gap in the odometry of the history": ~(known & now.known),
         "no cloud within the tolerance": (points < 0) & settings.points_required,
@@ -136,19 +136,6 @@ def plan_rows(
         history[keep],
         lost,
     )
-
-
-def _history(
-    odometry: PoseSeries, anchors_ns: Stamps, back_ns: Stamps, maximum_gap_s: float
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Velocities (R, H, 2) over the history, and whether all of it is known (R,)."""
-    history = np.empty((anchors_ns.size, back_ns.size, 2), np.float32)
-    known = np.ones(anchors_ns.size, np.bool_)
-    for step, back in enumerate(back_ns.tolist()):
-        samples = sample_odometry(odometry, anchors_ns - back, maximum_gap_s)
-        history[:, step] = samples.velocity
-        known &= samples.known
-    return history, known
 
 
 def _count_losses(

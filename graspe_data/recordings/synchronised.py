@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from graspe_data.observation.odometry_series import PoseSeries
 from graspe_data.recordings.clocks import ClockSettings, Timeline, camera_timeline, timeline
 from graspe_data.recordings.first_pass import read_tracks
-from graspe_data.recordings.odometry import PoseSeries, pose_series
+from graspe_data.recordings.odometry import pose_series
 from graspe_data.recordings.recording import Recording
 from graspe_data.recordings.synchronisation import RowPlan, SynchronisationSettings, plan_rows
 from graspe_data.recordings.tracks import InertialTrack, MotionTrack, StampTrack, Tracks

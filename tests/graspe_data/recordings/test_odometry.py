@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
+from graspe_data.observation.odometry_series import PoseSeries, sample_odometry
 from graspe_data.recordings.clocks import Timeline
-from graspe_data.recordings.odometry import PoseSeries, pose_series, sample_odometry
+from graspe_data.recordings.odometry import pose_series
 from graspe_data.recordings.tracks import MotionTrack, StampTrack
 
 SECOND = 1_000_000_000

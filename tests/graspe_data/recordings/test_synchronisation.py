@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graspe_data.recordings.odometry import PoseSeries
+from graspe_data.observation.odometry_series import PoseSeries
 from graspe_data.recordings.synchronisation import (
     RowPlan,
     SynchronisationSettings,

@@ -1,0 +1,215 @@
+"""``contract.json`` of a bundle: what its graphs take and give, and for which robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, StringConstraints, model_validator
+
+from graspe_data.manifest import Settings
+from graspe_data.observation.image_reliability import ImageReliabilitySettings
+from graspe_data.observation.observe_points import PointObservationSettings
+from graspe_data.observation.point_reliability import PointReliabilitySettings
+from graspe_data.robot import Footprint, Intrinsics, Limits, Vector3
+
+BUNDLE_FORMAT = "graspe-bundle-1"
+ENCODE_GRAPH, SCORE_GRAPH = "encode.onnx", "score.onnx"
+CONTRACT_FILE, RECORDED_FILE, PARITY_FILE = "contract.json", "recorded.npz", "parity.json"
+CARD_FILE, SEAL_FILE = "card.md", "manifest.json"
+SEALED_FILES = frozenset(
+    {ENCODE_GRAPH, SCORE_GRAPH, CONTRACT_FILE, RECORDED_FILE, PARITY_FILE, CARD_FILE}
+)
+"""What :class:`BundleSeal` lists; the seal itself is ``SEAL_FILE``."""
+
+Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+Count = Annotated[int, Field(ge=1, le=100_000)]
+Seconds = Annotated[float, Field(gt=0)]
+Probability = Annotated[float, Field(ge=0, le=1)]
+Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+
+class Tensor(Settings):
+    """One input or output of a graph.
+
+    Attributes:
+        name: As in the graph.
+        dtype: NumPy's name.
+        shape: ``K`` stands for the number of candidates; all other sizes are fixed.
+        unit: SI; empty where it has none.
+        frame: Frame of its coordinates; empty where it has none.
+        meaning: What it is, for people.
+    """
+
+    name: Name
+    dtype: Literal["bool", "uint8", "int32", "int64", "float32"]
+    shape: tuple[Count | Literal["K"], ...]
+    unit: str = ""
+    frame: str = ""
+    meaning: str = ""
+
+
+class ObservationContract(Settings):
+    """All that ``graspe_data.observation`` needs to derive the inputs from what sensors give.
+
+    Attributes:
+        picture_size: Height and width of the picture and of the trajectory images, pixels.
+        points: How a cloud is observed.
+        image_reliability: Equations (1) and (2).
+        point_reliability: Equations (4) and (5).
+        history_steps: Velocities of the history, the last of them now.
+        history_step_s: Time between them.
+        odometry_gap_s: Velocities are not interpolated across a longer gap.
+        points_tolerance_s: How old a cloud was at most when a picture was taken.
+        horizon_steps: Steps of the trajectory drawn into the picture.
+        horizon_step_s: Time between them.
+    """
+
+    picture_size: tuple[Count, Count]
+    points: PointObservationSettings
+    image_reliability: ImageReliabilitySettings
+    point_reliability: PointReliabilitySettings
+    history_steps: Count
+    history_step_s: Seconds
+    odometry_gap_s: Seconds
+    points_tolerance_s: Annotated[float, Field(ge=0)]
+    horizon_steps: Count
+    horizon_step_s: Seconds
+
+
+class SensorPose(Settings):
+    """A rigid transform that carries points of a sensor into base_link: p' = R p + t, metres."""
+
+    rotation: Matrix3
+    translation: Vector3
+
+
+class RobotContract(Settings):
+    """The robot of the training data: its planner's robot must match.
+
+    Attributes:
+        name: Of its manifest.
+        camera: Calibration of the picture as the model sees it, without distortion, of
+            ``picture_size``; None where the recordings differ or do not tell.
+        base_from_camera: Carries points of the optical frame into base_link; None likewise.
+        base_from_lidar: Carries points of the lidar into base_link; None likewise.
+        base_height: Height of base_link above the ground, metres.
+        footprint: Its width is that of the drawn trajectory.
+        limits: Velocities and accelerations.
+        unknown: Why a field is None, by the field's name.
+    """
+
+    name: str
+    camera: Intrinsics | None = None
+    base_from_camera: SensorPose | None = None
+    base_from_lidar: SensorPose | None = None
+    base_height: float
+    footprint: Footprint
+    limits: Limits
+    unknown: Mapping[str, str] = {}
+
+
+class Assumptions(Settings):
+    """What a model's training data were made with."""
+
+    observation: ObservationContract
+    robot: RobotContract
+
+
+class Decision(Settings):
+    """How GrASPE turns probabilities into a choice.
+
+    Attributes:
+        acceptance: e_th of section IV-G: a candidate is taken when min(E) is this or more.
+        reliability: r_th of equation (8): the first branch holds at this or less.
+        step_weights: Of a weighted score over the T steps; nearer ones count more, sum 1.
+    """
+
+    acceptance: Probability = 0.5
+    reliability: Probability = 0.4
+    step_weights: tuple[Probability, ...]
+
+
+class Tolerance(Settings):
+    """How far onnxruntime may be from torch.
+
+    Attributes:
+        absolute: Of any probability.
+    """
+
+    absolute: Annotated[float, Field(gt=0, lt=1)] = 1e-4
+
+
+class BundleContract(Settings):
+    """The content of ``contract.json``.
+
+    ``encode`` takes one observation and gives features; ``score`` takes these features, unchanged,
+    and K candidates.
+
+    Attributes:
+        format: Version of the bundle's layout.
+        model: Its name in the zoo.
+        preset: The preset that it began from.
+        horizon: Steps predicted, T.
+        step_s: Time between them.
+        encode_inputs: Columns of one observation, with a leading axis of 1.
+        features: Outputs of ``encode``, the first inputs of ``score``.
+        score_inputs: The others: ``trajectory_image`` (K, H, W), ``r_img`` and ``r_point`` (1,), as
+            far as the model takes them.
+        output: Calibrated probabilities of success, float32 (K, T), 1 = success.
+        uses_candidates: Without it the output is (1, T), whatever the candidate.
+        temperature: By which logits are divided within the graph.
+        decision: Thresholds.
+        observation: How inputs are derived.
+        robot: Whom for.
+        dataset_digest: Of the dataset it was trained on.
+        checkpoint_digest: Of the checkpoint it was exported from.
+        parity: Kept on the rows of ``parity.json``.
+        opset: Of the graphs.
+    """
+
+    format: Literal["graspe-bundle-1"] = "graspe-bundle-1"
+    model: str
+    preset: str
+    horizon: Count
+    step_s: Seconds
+    encode_inputs: tuple[Tensor, ...]
+    features: tuple[Tensor, ...]
+    score_inputs: tuple[Tensor, ...]
+    output: Tensor
+    uses_candidates: bool
+    temperature: Annotated[float, Field(gt=0)] = 1.0
+    decision: Decision
+    observation: ObservationContract
+    robot: RobotContract
+    dataset_digest: Sha256
+    checkpoint_digest: Sha256
+    parity: Tolerance = Tolerance()
+    opset: Annotated[int, Field(ge=1, le=1000)]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        tensors = (*self.encode_inputs, *self.features, *self.score_inputs, self.output)
+        names = [tensor.name for tensor in tensors]
+        if len(set(names)) != len(names):
+            raise ValueError("two tensors have the same name")
+        if self.output.shape != ("K" if self.uses_candidates else 1, self.horizon):
+            raise ValueError(f"output has shape {self.output.shape}, not (K, {self.horizon})")
+        if len(self.decision.step_weights) != self.horizon:
+            raise ValueError(f"step_weights are {len(self.decision.step_weights)}, not the horizon")
+        return self
+
+
+class SealedFile(Settings):
+    """Size and digest of a file of a bundle."""
+
+    bytes: Annotated[int, Field(ge=0)]
+    sha256: Sha256
+
+
+class BundleSeal(Settings):
+    """The content of ``manifest.json``: all other files of the bundle, exactly ``SEALED_FILES``."""
+
+    format: Literal["graspe-bundle-1"] = "graspe-bundle-1"
+    files: Mapping[str, SealedFile]

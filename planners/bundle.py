@@ -1,0 +1,86 @@
+"""A bundle, ready to score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.bundle_contract import ENCODE_GRAPH, SCORE_GRAPH, BundleContract
+from graspe_data.errors import PlannerError
+from planners.bundle_files import read_bundle_files
+from planners.graph import Arrays, Graph
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A model's two graphs and their contract; see ``load_bundle``."""
+
+    path: Path
+    contract: BundleContract
+    encode_graph: Graph
+    score_graph: Graph
+
+    def encode(self, observation: Arrays) -> Arrays:
+        """Features of one observation.
+
+        Args:
+            observation: Columns with a leading axis of 1, at least those of ``encode_inputs``.
+
+        Raises:
+            PlannerError: A column is missing or not as the contract has it.
+        """
+        return self.encode_graph.run(observation)
+
+    def score(self, features: Arrays, candidates: Arrays) -> NDArray[np.float32]:
+        """Probabilities of success.
+
+        Args:
+            features: Of ``encode``.
+            candidates: Arrays of ``score_inputs``, K candidates in one call.
+
+        Returns:
+            float32 (K, T), 1 = success; (1, T) for a model that does not look at candidates.
+
+        Raises:
+            PlannerError: An input is not as the contract has it, or an output is no probability.
+        """
+        name = self.contract.output.name
+        success = np.asarray(self.score_graph.run({**features, **candidates})[name], np.float32)
+        if not np.all((success >= 0) & (success <= 1)):
+            raise PlannerError(f"{self.path / SCORE_GRAPH}: {name} is not within 0..1.")
+        return success
+
+
+def load_bundle(path: Path, threads: int = 2) -> Bundle:
+    """Load a bundle that `graspe export` wrote.
+
+    All files are checked against the bundle's seal before any is used.
+
+    Args:
+        path: Its folder.
+        threads: Of one call of a graph.
+
+    Raises:
+        PlannerError: Names the file that is missing, damaged or not as the contract says.
+    """
+    if threads < 1:
+        raise PlannerError(f"threads is {threads}, and must be at least 1.")
+    contract, graphs = read_bundle_files(path)
+    encode = Graph(
+        str(path / ENCODE_GRAPH),
+        graphs[ENCODE_GRAPH],
+        contract.encode_inputs,
+        contract.features,
+        threads,
+    )
+    score = Graph(
+        str(path / SCORE_GRAPH),
+        graphs[SCORE_GRAPH],
+        (*contract.features, *contract.score_inputs),
+        (contract.output,),
+        threads,
+    )
+    return Bundle(path, contract, encode, score)

@@ -1,0 +1,104 @@
+"""One ONNX graph behind its part of a bundle's contract."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import onnxruntime
+from numpy.typing import NDArray
+
+from graspe_data.bundle_contract import Tensor
+from graspe_data.errors import PlannerError
+
+Arrays = Mapping[str, NDArray[np.generic]]
+
+_ERRORS_ONLY = 3
+
+
+class Graph:
+    """Runs one graph; what goes in and comes out is what the contract says."""
+
+    def __init__(
+        self,
+        where: str,
+        content: bytes,
+        inputs: Sequence[Tensor],
+        outputs: Sequence[Tensor],
+        threads: int,
+    ) -> None:
+        """Start a session on the CPU.
+
+        Args:
+            where: The graph's file, named in errors.
+            content: The graph.
+            inputs: What it takes.
+            outputs: What it gives.
+            threads: Of one call.
+
+        Raises:
+            PlannerError: It is no graph that runs here, or its inputs and outputs are not those
+                of the contract.
+        """
+        self._where, self._inputs, self._outputs = where, tuple(inputs), tuple(outputs)
+        self._session = _session(where, content, threads)
+        found = {
+            "inputs": (self._session.get_inputs(), inputs),
+            "outputs": (self._session.get_outputs(), outputs),
+        }
+        for side, (nodes, tensors) in found.items():
+            names = sorted(node.name for node in nodes)
+            expected = sorted(tensor.name for tensor in tensors)
+            if names != expected:
+                raise PlannerError(
+                    f"{where}: {side} {', '.join(names)}, by its contract {', '.join(expected)}. "
+                    "Export the bundle again."
+                )
+
+    def run(self, arrays: Arrays) -> dict[str, NDArray[np.generic]]:
+        """Run the graph once.
+
+        Args:
+            arrays: An array for every input, by name; others are ignored.
+
+        Raises:
+            PlannerError: An input is missing or has another dtype or shape than the contract's,
+                the graph fails, or it does not give what the contract says.
+        """
+        feed = {tensor.name: self._checked(tensor, arrays) for tensor in self._inputs}
+        names = [tensor.name for tensor in self._outputs]
+        try:
+            values = self._session.run(names, feed)
+        except Exception as error:  # onnxruntime's errors have no common base
+            raise PlannerError(f"{self._where}: the graph fails: {error}") from error
+        given = dict(zip(names, values, strict=True))
+        return {tensor.name: self._checked(tensor, given) for tensor in self._outputs}
+
+    def _checked(self, tensor: Tensor, arrays: Arrays) -> NDArray[np.generic]:
+        array = arrays.get(tensor.name)
+        if array is None:
+            raise PlannerError(f"{self._where}: {tensor.name} is missing.")
+        fits = len(array.shape) == len(tensor.shape) and all(
+            expected in ("K", found)
+            for found, expected in zip(array.shape, tensor.shape, strict=True)
+        )
+        if array.dtype != np.dtype(tensor.dtype) or not fits:
+            raise PlannerError(
+                f"{self._where}: {tensor.name} is {array.dtype} {array.shape}, by the contract "
+                f"{tensor.dtype} {tensor.shape}."
+            )
+        return array
+
+
+def _session(where: str, content: bytes, threads: int) -> Any:
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.log_severity_level = _ERRORS_ONLY
+    try:
+        return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # onnxruntime's errors have no common base
+        raise PlannerError(
+            f"{where}: onnxruntime {onnxruntime.__version__} cannot run it: {error}"
+        ) from error

@@ -1,0 +1,129 @@
+"""From what the sensors gave to what a model takes, by ``graspe_data.observation`` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.bundle_contract import BundleContract
+from graspe_data.errors import PlannerError
+from graspe_data.observation.image_reliability import image_reliability
+from graspe_data.observation.observe_points import observe_points
+from graspe_data.observation.point_reliability import point_reliability
+from graspe_data.observation.point_sample import row_seed
+from graspe_data.observation.predicted_trajectory import PredictedTrajectory
+from graspe_data.observation.undistortion import rectifier
+from graspe_data.robot import Intrinsics
+from graspe_data.sensor_data import Picture, PointCloud
+from planners.calibration import Calibration
+from planners.drawn_trajectories import DrawnTrajectories
+from planners.motion_history import motion_history
+from planners.situation import Situation
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One observation.
+
+    ``columns``: the columns of a row, each with a leading axis of 1: image, points, point_count,
+    laser_scan, velocity_history, r_img, r_point. ``r_img`` and ``r_point``: as computed, before
+    they are rounded to float32.
+    """
+
+    columns: Mapping[str, NDArray[np.generic]]
+    r_img: float
+    r_point: float
+
+    @property
+    def laser_scan(self) -> NDArray[np.float32]:
+        """Of the full cloud, float32 (rays,), metres; see ``laser_scan``."""
+        return np.asarray(self.columns["laser_scan"][0], np.float32)
+
+
+class Observer:
+    """Derives observations for one bundle on one robot."""
+
+    def __init__(
+        self, contract: BundleContract, calibration: Calibration, source: str = ""
+    ) -> None:
+        """Prepare the camera.
+
+        Args:
+            contract: How the inputs are derived.
+            calibration: Of the robot.
+            source: Seeds the sampling of points together with the cloud's stamp. With a
+                recording's digest, the points drawn are those of its rows in a dataset of seed 0.
+
+        Raises:
+            ObservationError: The camera's distortion is not understood.
+        """
+        self._settings, self._calibration, self._source = contract.observation, calibration, source
+        height, width = contract.observation.picture_size
+        self._rectifier = rectifier(calibration.intrinsics, (width, height))
+        drawing = PredictedTrajectory(
+            intrinsics=self._rectifier.intrinsics,
+            base_from_camera=calibration.base_from_camera,
+            base_height=contract.robot.base_height,
+            line_width=contract.robot.footprint.width,
+            steps=contract.observation.horizon_steps,
+            step_s=contract.observation.horizon_step_s,
+        )
+        self._drawn = DrawnTrajectories(drawing)
+
+    @property
+    def camera(self) -> Intrinsics:
+        """Of the picture as the model sees it, without distortion."""
+        return self._rectifier.intrinsics
+
+    def observe(self, situation: Situation) -> Observation:
+        """The observation at the moment of the latest picture, as a row of the dataset has it.
+
+        Raises:
+            PlannerError: There is no picture or no cloud, or the motions do not cover the history.
+            ObservationError: The picture is not of the calibrated size, or the cloud's rings are
+                damaged.
+        """
+        picture, cloud = situation.picture, situation.cloud
+        if picture is None or cloud is None:
+            missing = "picture" if picture is None else "cloud"
+            raise PlannerError(f"no {missing}: the model needs the latest one.")
+        history = self.history(situation)
+        image, r_img = self._see(picture)
+        columns, r_point = self._feel(cloud)
+        columns |= {"image": image, "velocity_history": history}
+        columns |= {"r_img": np.array(r_img, np.float32), "r_point": np.array(r_point, np.float32)}
+        return Observation({name: value[None] for name, value in columns.items()}, r_img, r_point)
+
+    def history(self, situation: Situation) -> NDArray[np.float32]:
+        """Velocities (H, 2) up to the latest picture; see ``motion_history``.
+
+        Raises:
+            PlannerError: There is no picture, or the motions do not cover the history.
+            ObservationError: Fewer than two motions are usable.
+        """
+        if situation.picture is None:
+            raise PlannerError("no picture: the model needs the latest one.")
+        return motion_history(situation, situation.picture.stamp_ns, self._settings)
+
+    def trajectory_images(self, velocities: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s."""
+        return self._drawn.draw(velocities)
+
+    def _see(self, picture: Picture) -> tuple[NDArray[np.uint8], float]:
+        image = self._rectifier.apply(picture.rgb)
+        return image, image_reliability(image, self._settings.image_reliability).r_img
+
+    def _feel(self, cloud: PointCloud) -> tuple[dict[str, NDArray[np.generic]], float]:
+        mounting = self._calibration.base_from_lidar
+        seed = row_seed(0, self._source, cloud.stamp_ns)
+        observed = observe_points(cloud, mounting, self._settings.points, seed)
+        measured = observed.smoothness[: observed.point_count]
+        columns: dict[str, NDArray[np.generic]] = {
+            "points": observed.points,
+            "point_count": np.array(observed.point_count, np.int32),
+            "laser_scan": observed.laser_scan,
+        }
+        return columns, point_reliability(measured, self._settings.point_reliability).r_point

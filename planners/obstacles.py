@@ -1,0 +1,102 @@
+"""Obstacles for a planner: points on the ground, out of a laser scan or an occupancy map."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import PlannerError
+from graspe_data.geometry import Transform
+from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
+from planners.occupancy_map import OccupancyMapSettings, occupancy_map
+from planners.situation import Situation
+
+Floats = NDArray[np.float64]
+
+
+class ObstacleSource(Protocol):
+    """Finds what a robot must not touch."""
+
+    def points(self, situation: Situation) -> Floats:
+        """Obstacles float64 (N, 2), metres, base_link.
+
+        Raises:
+            PlannerError: There is no cloud to find them in.
+        """
+        ...
+
+
+def scan_points(scan: NDArray[np.float32], half_angle: float) -> Floats:
+    """End points (N, 2) of the rays that hit something, metres, base_link.
+
+    Args:
+        scan: float32 (rays,), from right to left; inf where a ray is empty. See ``laser_scan``.
+        half_angle: The scan spans [-half_angle, half_angle), rad.
+    """
+    ray = np.flatnonzero(np.isfinite(scan))
+    angle = (ray + 0.5) * (2 * half_angle / len(scan)) - half_angle
+    directions = np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    return np.asarray(scan[ray, None] * directions, np.float64)
+
+
+class ScanObstacles:
+    """What a planar scan of the cloud hits."""
+
+    def __init__(
+        self,
+        base_from_lidar: Transform,
+        base_height: float,
+        minimum_range: float = 0.0,
+        settings: LaserScanSettings | None = None,
+    ) -> None:
+        """Take the lidar's mounting.
+
+        Args:
+            base_from_lidar: Carries points of the lidar into base_link.
+            base_height: Height of base_link above the ground, metres.
+            minimum_range: Returns nearer to the lidar hit the robot itself, metres.
+            settings: The band and the rays; None for the dataset's own.
+        """
+        self._mounting, self._base_height = base_from_lidar, base_height
+        self._minimum_range = minimum_range
+        self._settings = settings or LaserScanSettings()
+
+    def points(self, situation: Situation) -> Floats:
+        """See ``ObstacleSource``."""
+        xyz = _in_base(situation, self._mounting, self._minimum_range)
+        scan = laser_scan(xyz, self._base_height, self._settings)
+        return scan_points(scan, self._settings.half_angle)
+
+
+class MapObstacles:
+    """The occupied cells of a map made from the cloud."""
+
+    def __init__(
+        self,
+        base_from_lidar: Transform,
+        base_height: float,
+        minimum_range: float = 0.0,
+        settings: OccupancyMapSettings | None = None,
+    ) -> None:
+        """Take the lidar's mounting; as ``ScanObstacles``, with the settings of the map."""
+        self._mounting, self._base_height = base_from_lidar, base_height
+        self._minimum_range = minimum_range
+        self._settings = settings or OccupancyMapSettings()
+
+    def points(self, situation: Situation) -> Floats:
+        """See ``ObstacleSource``."""
+        xyz = _in_base(situation, self._mounting, self._minimum_range)
+        return occupancy_map(xyz, self._base_height, self._settings).points()
+
+
+def _in_base(
+    situation: Situation, mounting: Transform, minimum_range: float
+) -> NDArray[np.float32]:
+    """The cloud's points (N, 3) in base_link."""
+    if situation.cloud is None:
+        raise PlannerError("no cloud: obstacles are found in the lidar's latest cloud.")
+    xyz = situation.cloud.xyz
+    kept = xyz[np.einsum("ij,ij->i", xyz, xyz) >= minimum_range**2]
+    return np.asarray(mounting.apply(kept), np.float32)

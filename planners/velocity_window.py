@@ -1,0 +1,104 @@
+"""The velocities that a robot can choose from: V_s and V_d of the dynamic window approach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.manifest import Settings
+from graspe_data.robot import Limits
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_TOLERANCE = 1e-9
+
+
+class WindowSettings(Settings):
+    """The lattice of velocities and the time in which they have to be reached."""
+
+    interval_s: Annotated[float, Field(gt=0, le=10)] = 0.5
+    """V_d holds what maximal acceleration reaches in this time; the groups' Spot uses 0.5 s."""
+    linear_step: Annotated[float, Field(ge=0.01, le=10)] = 0.1
+    """m/s between neighbours of the lattice."""
+    yaw_step: Annotated[float, Field(ge=0.01, le=10)] = 0.1
+    """rad/s between neighbours of the lattice."""
+
+
+@dataclass(frozen=True)
+class VelocityWindow:
+    """A lattice of velocities and those of it that may be chosen.
+
+    ``linear``: float64 (A,), m/s. ``yaw_rate``: float64 (B,), rad/s. ``allowed``: bool (A, B).
+    """
+
+    linear: Floats
+    yaw_rate: Floats
+    allowed: Mask
+
+    @property
+    def velocities(self) -> Floats:
+        """The allowed ones, float64 (K, 2), by linear velocity and then by yaw rate."""
+        row, column = np.nonzero(self.allowed)
+        return np.stack((self.linear[row], self.yaw_rate[column]), axis=1)
+
+    def keep(self, kept: Mask) -> VelocityWindow:
+        """The window with only those of its ``velocities`` that bool (K,) marks."""
+        allowed = self.allowed.copy()
+        allowed[self.allowed] = kept
+        return replace(self, allowed=allowed)
+
+    def on_lattice(self, values: Floats, fill: float = np.nan) -> Floats:
+        """Values (K,) of the ``velocities`` laid on the lattice (A, B)."""
+        laid = np.full(self.allowed.shape, fill)
+        laid[self.allowed] = values
+        return laid
+
+
+def velocity_window(
+    limits: Limits, velocity: tuple[float, float], settings: WindowSettings
+) -> VelocityWindow:
+    """V_s and V_d: within the limits, and within reach of the velocity driven now.
+
+    The lattice has the multiples of its steps and the window's own ends, which can always be
+    driven. Standing still is not in it: it leads nowhere, and stopping is what a planner does when
+    it has no candidate left. A velocity outside the limits is first brought back to them.
+
+    Args:
+        limits: Of velocities and accelerations.
+        velocity: Now, m/s and rad/s.
+        settings: The lattice and the interval.
+    """
+    reach = (limits.linear_acceleration, limits.yaw_acceleration)
+    steps = (settings.linear_step, settings.yaw_step)
+    bounds = (limits.linear_velocity, limits.yaw_rate)
+    linear, yaw_rate = (
+        _axis(_within(bound, now, most * settings.interval_s), step)
+        for bound, now, most, step in zip(bounds, velocity, reach, steps, strict=True)
+    )
+    standing = np.logical_and.outer(linear == 0, yaw_rate == 0)
+    return VelocityWindow(linear, yaw_rate, ~standing)
+
+
+def _within(bounds: tuple[float, float], now: float, reach: float) -> tuple[float, float]:
+    low, high = bounds
+    held = min(max(now, low), high)
+    return max(low, held - reach), min(high, held + reach)
+
+
+def _axis(ends: tuple[float, float], step: float) -> Floats:
+    """Multiples of a step between two ends, and the ends; none nearer to an end than half a step.
+
+    Zero is kept in any case: pure rotations and straight lines have no neighbour to stand for them.
+    """
+    low, high = ends
+    multiples = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
+    inner = (multiples - low > step / 2) & (high - multiples > step / 2)
+    kept = multiples[inner | (np.abs(multiples) < _TOLERANCE)]
+    axis = np.unique(np.concatenate(([low, high], kept)))
+    axis[np.abs(axis) < _TOLERANCE] = 0.0
+    return np.unique(axis)

@@ -1,0 +1,107 @@
+"""A robot that is not the bundle's is refused with every difference named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from graspe_data.bundle_contract import BundleContract
+from graspe_data.errors import PlannerError
+from graspe_data.geometry import Transform, rotation_from_rpy
+from graspe_data.robot import Footprint, Intrinsics, Limits, Mounting, Robot
+from planners.calibration import Calibration, calibration_of
+from planners.robot_check import check_robot
+from tests.planners.tiny_bundle import tiny_contract
+
+
+@pytest.fixture
+def contract(robot: Robot, calibration: Calibration) -> BundleContract:
+    return tiny_contract(robot, calibration)
+
+
+def test_the_robot_itself_matches(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    check_robot(contract, robot, calibration)
+
+
+def test_a_camera_of_another_resolution_matches_by_its_view(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    larger = Intrinsics(width=640, height=480, fx=450.0, fy=450.0, cx=319.5, cy=239.5)
+    check_robot(contract, robot, replace(calibration, intrinsics=larger))
+
+
+@pytest.mark.parametrize(
+    ("changes", "difference"),
+    [
+        ({"base_height": 0.7}, "base_height: 0.7 m, expected 0.5 m"),
+        ({"footprint": Footprint(length=0.8, width=0.5)}, "footprint length: 0.8 m, expected 1.1"),
+        (
+            {"limits": Limits(linear_velocity=(0, 1.6), yaw_rate=(-0.6, 0.6))},
+            "limits.linear_velocity: 0..1.6, expected within 0..0.6",
+        ),
+    ],
+)
+def test_another_body(
+    contract: BundleContract,
+    robot: Robot,
+    calibration: Calibration,
+    changes: dict[str, Any],
+    difference: str,
+) -> None:
+    with pytest.raises(PlannerError, match=difference):
+        check_robot(contract, robot.model_copy(update=changes), calibration)
+
+
+def test_a_slower_robot_matches(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    slower = Limits(linear_velocity=(0, 0.3), yaw_rate=(-0.2, 0.2))
+    check_robot(contract, robot.model_copy(update={"limits": slower}), calibration)
+
+
+def test_all_differences_of_the_sensors_are_named(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    turned = calibration.base_from_camera.rotation @ rotation_from_rpy(0, 0.2, 0)
+    other = Calibration(
+        Intrinsics(width=64, height=48, fx=80.0, fy=45.0, cx=31.5, cy=23.5),
+        Transform(turned, calibration.base_from_camera.translation),
+        Transform(np.eye(3), np.array([0.0, 0.0, 0.5])),
+    )
+    with pytest.raises(PlannerError) as refusal:
+        check_robot(contract, robot, other)
+    text = str(refusal.value)
+    assert "camera fx: 40.0 pixels, expected 22.5" in text
+    assert "camera mounting: turned by 0.200 rad" in text
+    assert "lidar mounting: at (0.000, 0.000, 0.500) m, expected (0.000, 0.000, 0.300) m" in text
+    assert len(text.splitlines()) == 5
+
+
+def test_what_the_dataset_does_not_tell_is_not_compared(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    silent = contract.robot.model_copy(
+        update={"camera": None, "base_from_camera": None, "base_from_lidar": None}
+    )
+    other = replace(calibration, base_from_lidar=Transform(np.eye(3), np.ones(3)))
+    check_robot(contract.model_copy(update={"robot": silent}), robot, other)
+
+
+def test_a_calibration_has_to_be_in_numbers(robot: Robot, calibration: Calibration) -> None:
+    with pytest.raises(PlannerError, match=r"camera\.intrinsics is left to 'camera_info'"):
+        calibration_of(robot)
+    mounting = Mounting(translation=(0.1, 0.2, 0.3))
+    camera = robot.camera.model_copy(
+        update={"intrinsics": calibration.intrinsics, "mounting": mounting}
+    )
+    seeing = robot.model_copy(update={"camera": camera})
+    with pytest.raises(PlannerError, match=r"lidar\.mounting is left to 'tf'"):
+        calibration_of(seeing)
+    lidar = robot.lidar.model_copy(update={"mounting": mounting})
+    found = calibration_of(seeing.model_copy(update={"lidar": lidar}))
+    assert found.base_from_lidar.translation.tolist() == [0.1, 0.2, 0.3]
