@@ -9,7 +9,7 @@ WORKERS ?= 2
 export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
-.PHONY: help setup system demo test lint format bench soak dataset field zoo clean
+.PHONY: help setup system demo test lint format bench soak dataset field zoo export clean
 
 help:
 	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
@@ -17,6 +17,7 @@ help:
 	@echo "make dataset BAGS=... OUT=...      your own bags (MANIFEST=$(MANIFEST), WORKERS=$(WORKERS))"
 	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES) a world)"
 	@echo "make zoo DATA=... OUT=...         every model under one budget (RECIPE=$(RECIPE), PRESET=$(PRESET), SEEDS=$(SEEDS))"
+	@echo "make export CHECKPOINT=... OUT=... a bundle for planners (DATA=dataset tries it on real rows)"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
 
 system:
@@ -86,6 +87,11 @@ EVERY ?= 1
 zoo: setup
 	@test -n "$(DATA)" -a -n "$(OUT)" || { echo "usage: make zoo DATA=dataset OUT=folder [RECIPE=$(RECIPE) PRESET=$(PRESET) SEEDS=$(SEEDS) EVERY=$(EVERY)]"; exit 2; }
 	$(BIN)/graspe zoo run --data $(DATA) --out $(OUT) --recipe $(RECIPE) --preset $(PRESET) --seeds $(SEEDS) --every $(EVERY)
+
+# A checkpoint as ONNX graphs with their contract, compared with torch before anything is written.
+export: setup
+	@test -n "$(CHECKPOINT)" -a -n "$(OUT)" || { echo "usage: make export CHECKPOINT=folder OUT=folder [DATA=dataset]"; exit 2; }
+	$(BIN)/graspe export $(CHECKPOINT) --out $(OUT) $(if $(DATA),--dataset $(DATA))
 
 clean:
 	rm -rf $(VENV) demo build dist *.egg-info

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from benchmarks import (
     bench_agnn,
+    bench_intensity_map,
     bench_loading,
     bench_pipeline,
+    bench_planning,
     bench_simulation,
     bench_smoothness,
     bench_training,
@@ -20,11 +22,13 @@ from benchmarks.measurement import Measurement, render_json, render_table
 
 BENCHMARKS = (
     bench_smoothness,
+    bench_intensity_map,
     bench_simulation,
     bench_pipeline,
     bench_loading,
     bench_agnn,
     bench_training,
+    bench_planning,
 )
 
 

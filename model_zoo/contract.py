@@ -15,6 +15,9 @@ from model_zoo.masked_cross_entropy import masked_cross_entropy
 Observation = Mapping[str, Tensor]
 """Columns of B rows as they lie in a dataset, by name; see the README's table of columns."""
 
+Features = dict[str, Tensor]
+"""What a model makes of a scene, by name: each (B, ...)."""
+
 
 @dataclass(frozen=True)
 class Loss:
@@ -27,17 +30,42 @@ class Loss:
 class SuccessModel(nn.Module, ABC):
     """Predicts whether a trajectory succeeds, step by step.
 
+    What it makes of the scene is apart from what it makes of a candidate trajectory in it, so that
+    a planner encodes a scene once and scores any number of candidates. Training takes both in a
+    row, by the same two functions.
+
     Attributes:
         columns: Names of the dataset's columns that it needs; no others are read.
+        candidate_columns: Those of them that :meth:`score` reads, the others :meth:`encode`.
         horizon: Steps predicted, T.
     """
 
     columns: ClassVar[tuple[str, ...]]
+    candidate_columns: ClassVar[tuple[str, ...]] = ()
     horizon: int
 
     @abstractmethod
+    def encode(self, scene: Observation) -> Features:
+        """Features of B scenes, from the columns that are not of candidates."""
+
+    @abstractmethod
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        """Log-odds of success, float32 (K, T), of K candidates.
+
+        Args:
+            features: Of K scenes, candidate by candidate, or of one scene for all of them.
+            candidates: The columns of candidates: ``trajectory_image`` has K rows, the others as
+                many as there are scenes.
+        """
+
+    @property
+    def scene_columns(self) -> tuple[str, ...]:
+        """The columns that :meth:`encode` reads."""
+        return tuple(name for name in self.columns if name not in self.candidate_columns)
+
     def logits(self, observation: Observation) -> Tensor:
-        """Log-odds of success, float32 (B, T)."""
+        """Log-odds of success, float32 (B, T), of a candidate in each of B scenes."""
+        return self.score(self.encode(observation), observation)
 
     def forward(self, observation: Observation) -> Tensor:
         """Probabilities of success, (B, T), 1 = success."""

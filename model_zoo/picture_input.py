@@ -20,7 +20,8 @@ def normalised_picture(image: Tensor, shrink: int = 1) -> Tensor:
     Returns:
         float32 (B, 3, H / shrink, W / shrink).
     """
-    picture = avg_pool2d(image.permute(0, 3, 1, 2).float(), shrink)
+    picture = image.permute(0, 3, 1, 2).float()
+    picture = avg_pool2d(picture, shrink) if shrink > 1 else picture
     mean = torch.tensor(IMAGENET_MEAN, device=image.device)[:, None, None]
     deviation = torch.tensor(IMAGENET_STANDARD_DEVIATION, device=image.device)[:, None, None]
     return (picture / 255 - mean) / deviation
@@ -37,4 +38,5 @@ def lower_drawing(trajectory_image: Tensor, rows: int, shrink: int = 1) -> Tenso
     Returns:
         float32 (B, 1, rows / shrink, W / shrink), 0 and 1.
     """
-    return max_pool2d(trajectory_image[:, None, -rows:].float(), shrink)
+    drawing = trajectory_image[:, None, -rows:].float()
+    return max_pool2d(drawing, shrink) if shrink > 1 else drawing

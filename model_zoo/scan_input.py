@@ -18,7 +18,7 @@ def clipped_scan(scan: Tensor, beams: int, limit: float) -> Tensor:
     Raises:
         ZooError: Another number of rays.
     """
-    return expect_beams(scan, beams).clamp(0, limit) / limit
+    return expect_beams(scan, beams).clamp(0.0, limit) / limit
 
 
 def expect_beams(scan: Tensor, beams: int) -> Tensor:

@@ -7,7 +7,17 @@ import sys
 import typer
 
 from graspe_data.errors import GraspeError
-from pipelines.commands import dataset, demo, labels, recordings, simulate, zoo
+from pipelines.commands import (
+    dataset,
+    demo,
+    export,
+    intensity,
+    labels,
+    navigate,
+    recordings,
+    simulate,
+    zoo,
+)
 
 app = typer.Typer(
     name="graspe",
@@ -19,8 +29,11 @@ recordings.register(app)
 app.add_typer(dataset.app, name="dataset")
 app.add_typer(labels.app, name="label")
 app.add_typer(zoo.app, name="zoo")
+app.add_typer(navigate.app, name="navigate")
 app.command()(demo.demo)
+app.command()(export.export)
 app.command()(simulate.simulate)
+app.command()(intensity.intensity)
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, JsonValue
 
+from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
@@ -33,6 +34,7 @@ class CheckpointConfig(Settings):
         columns: What it reads.
         parameters: Trained and frozen numbers together.
         dataset_digest: Of the dataset it was trained on.
+        assumptions: How that dataset's rows were made; None where it did not tell.
     """
 
     format: Literal["graspe-checkpoint-1"] = "graspe-checkpoint-1"
@@ -43,6 +45,7 @@ class CheckpointConfig(Settings):
     columns: tuple[InputColumn, ...]
     parameters: Annotated[int, Field(ge=0)]
     dataset_digest: Sha256
+    assumptions: Assumptions | None = None
 
     def check_columns(self, columns: Sequence[Column], where: str) -> None:
         """Refuse data that the model was not made for.

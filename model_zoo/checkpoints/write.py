@@ -12,6 +12,7 @@ import yaml
 from pydantic import JsonValue
 from torch import Tensor
 
+from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
 from graspe_data.errors import ManifestError, ShardError, ZooError
 from graspe_data.manifest import validate
@@ -36,6 +37,7 @@ def write_checkpoint(
     dataset_digest: str,
     metrics: Mapping[str, JsonValue],
     calibration: Calibration | None,
+    assumptions: Assumptions | None = None,
 ) -> Path:
     """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
 
@@ -53,6 +55,7 @@ def write_checkpoint(
         dataset_digest: Of the dataset it was trained on.
         metrics: Scores on validation rows.
         calibration: Fitted on validation rows; None gives probabilities as they are.
+        assumptions: How the dataset's rows were made, for those who drive by the model.
 
     Returns:
         The folder.
@@ -69,6 +72,7 @@ def write_checkpoint(
         "columns": input_columns(model.columns, columns, model_name),
         "parameters": sum(parameter.numel() for parameter in model.parameters()),
         "dataset_digest": dataset_digest,
+        "assumptions": assumptions,
     }
     try:
         config = validate(described, CheckpointConfig, f"checkpoint of {model_name}")

@@ -32,10 +32,15 @@ class AttentionFusion(nn.Module):
             nn.Linear(hidden, steps),
         )
 
-    def forward(self, picture: Tensor, scan: Tensor, path: Tensor) -> Tensor:
-        """Fuse vectors (B, F) to outputs (B, T), not activated."""
+    def scene(self, picture: Tensor, scan: Tensor) -> Tensor:
+        """What all paths in a scene share: vectors (B, F) that attended to each other, (B, 2 F)."""
         tokens = torch.stack((picture, scan), dim=1)
         attended, _ = self.attention(tokens, tokens, tokens, need_weights=False)
-        fused = torch.cat(((attended + tokens).flatten(1), path), dim=1)
+        fused: Tensor = (attended + tokens).flatten(1)
+        return fused
+
+    def forward(self, scene: Tensor, path: Tensor) -> Tensor:
+        """Outputs (K, T), not activated, of paths (K, F) in as many scenes (K, 2 F), or in one."""
+        fused = torch.cat((scene.expand(path.shape[0], -1), path), dim=1)
         outputs: Tensor = self.head(fused)
         return outputs

@@ -27,12 +27,13 @@ class Graspe(GraspeFamily):
     """GrASPE (Weerakoon et al., RA-L), section IV."""
 
     columns = (*COLUMNS, "r_img", "r_point")
+    candidate_columns = ("trajectory_image", "r_img", "r_point")
 
     def __init__(self, settings: GraspeSettings) -> None:
         """Make the model with random weights."""
         super().__init__(settings)
         self.graph = AttentionGraphNetwork(settings.horizon, settings.graph, self.counts)
 
-    def fuse(self, features: Tensor, observation: Observation) -> Tensor:
-        """Log-odds of success (B, T) by A-GNN."""
-        return self.graph(features, observation["r_img"], observation["r_point"])  # type: ignore[no-any-return]
+    def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:
+        """Log-odds of success (K, T) by A-GNN."""
+        return self.graph(vector, candidates["r_img"], candidates["r_point"])  # type: ignore[no-any-return]

@@ -8,7 +8,7 @@ from pydantic import Field
 from torch import Tensor
 
 from graspe_data.manifest import Settings
-from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.pointnet import orthogonality_penalty
 from model_zoo.layers.reliability_graph import FeatureCounts
 from model_zoo.layers.sensor_encoders import SensorEncoders, SensorEncoderSettings
@@ -41,17 +41,21 @@ class GraspeFamily(SuccessModel):
         self.encoders = SensorEncoders(settings.encoders, self.counts)
 
     @abstractmethod
-    def fuse(self, features: Tensor, observation: Observation) -> Tensor:
-        """Log-odds of success (B, T) from f_vec, (B, 120)."""
+    def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:
+        """Log-odds of success (K, T) from f_vec, (K, 120)."""
 
-    def logits(self, observation: Observation) -> Tensor:
-        """Log-odds of success (B, T)."""
-        return self.fuse(self.encoders(observation).vector, observation)
+    def encode(self, scene: Observation) -> Features:
+        """The features of picture, points and velocities."""
+        return self.encoders.scene(scene).features
+
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        """Log-odds of success (K, T)."""
+        return self.fuse(self.encoders.join(features, candidates["trajectory_image"]), candidates)
 
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
-        vector, transform = self.encoders(observation)
-        logits = self.fuse(vector, observation)
+        features, transform = self.encoders.scene(observation)
+        logits = self.score(features, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
             return Loss(entropy)

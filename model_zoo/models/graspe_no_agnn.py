@@ -43,6 +43,7 @@ class GraspeNoAgnn(GraspeFamily):
     """The ablation "GrASPE w/o A-GNN"."""
 
     columns = COLUMNS
+    candidate_columns = ("trajectory_image",)
 
     def __init__(self, settings: GraspeNoAgnnSettings) -> None:
         """Make the model with random weights."""
@@ -55,9 +56,9 @@ class GraspeNoAgnn(GraspeFamily):
             nn.Linear(sizes.hidden, settings.horizon),
         )
 
-    def fuse(self, features: Tensor, observation: Observation) -> Tensor:  # noqa: ARG002
-        """Log-odds of success (B, T) by convolutions along f_vec."""
-        return self.head(self.convolutions(features[:, None]).flatten(1))  # type: ignore[no-any-return]
+    def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:  # noqa: ARG002
+        """Log-odds of success (K, T) by convolutions along f_vec."""
+        return self.head(self.convolutions(vector[:, None]).flatten(1))  # type: ignore[no-any-return]
 
 
 def _convolutions(settings: ConvolutionSettings) -> nn.Sequential:

@@ -15,13 +15,14 @@ class GraspeNoReliability(GraspeFamily):
     """The ablation "GrASPE w/o reliability": GrASPE's layers, and no column of reliabilities."""
 
     columns = COLUMNS
+    candidate_columns = ("trajectory_image",)
 
     def __init__(self, settings: GraspeSettings) -> None:
         """Make the model with random weights."""
         super().__init__(settings)
         self.graph = AttentionGraphNetwork(settings.horizon, settings.graph, self.counts)
 
-    def fuse(self, features: Tensor, observation: Observation) -> Tensor:  # noqa: ARG002
-        """Log-odds of success (B, T) by A-GNN, every sensor as reliable as can be."""
-        reliable = features.new_ones(features.shape[0])
-        return self.graph(features, reliable, reliable)  # type: ignore[no-any-return]
+    def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:  # noqa: ARG002
+        """Log-odds of success (K, T) by A-GNN, every sensor as reliable as can be."""
+        reliable = vector.new_ones(1)
+        return self.graph(vector, reliable, reliable)  # type: ignore[no-any-return]

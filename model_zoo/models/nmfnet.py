@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from torch import Tensor, nn
 
-from model_zoo.contract import Observation
+from model_zoo.contract import Features, Observation
 from model_zoo.layers.scene_branches import COLUMNS
 from model_zoo.models.nmfnet_family import NmfnetFamily, NmfnetSettings
 
@@ -27,7 +27,7 @@ class Nmfnet(NmfnetFamily):
             nn.Dropout(settings.dropout), nn.Linear(self.scene.length, settings.horizon)
         )
 
-    def predict(self, scene: Tensor, observation: Observation) -> Tensor:  # noqa: ARG002
-        """Log-odds of success (B, T) from the scene's vector alone."""
-        found: Tensor = self.head(scene)
+    def score(self, features: Features, candidates: Observation) -> Tensor:  # noqa: ARG002
+        """Log-odds of success (B, T) from the scene's vector alone, whatever the candidates."""
+        found: Tensor = self.head(features["scene_features"])
         return found

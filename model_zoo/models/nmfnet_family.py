@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import Annotated
 
 from pydantic import Field
 from torch import Tensor
 
-from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.pointnet import orthogonality_penalty
 from model_zoo.layers.scene_branches import SceneBranches, SceneSettings
 from model_zoo.masked_cross_entropy import masked_cross_entropy
@@ -41,18 +40,14 @@ class NmfnetFamily(SuccessModel):
         self.orthogonality = settings.orthogonality
         self.scene = SceneBranches(settings)
 
-    @abstractmethod
-    def predict(self, scene: Tensor, observation: Observation) -> Tensor:
-        """Log-odds of success (B, T) from the scene's vector (B, F)."""
-
-    def logits(self, observation: Observation) -> Tensor:
-        """Log-odds of success, (B, T)."""
-        return self.predict(self.scene(observation).vector, observation)
+    def encode(self, scene: Observation) -> Features:
+        """The scene's vector, (B, F)."""
+        return {"scene_features": self.scene(scene).vector}
 
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
-        scene, transform = self.scene(observation)
-        logits = self.predict(scene, observation)
+        vector, transform = self.scene(observation)
+        logits = self.score({"scene_features": vector}, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
             return Loss(entropy)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-import torch
 from pydantic import Field
 from torch import Tensor, nn
+from torch.nn.functional import linear
 
-from model_zoo.contract import Observation
+from model_zoo.contract import Features, Observation
 from model_zoo.layers.path_branch import PathBranch
 from model_zoo.layers.scene_branches import COLUMNS
 from model_zoo.models.nmfnet_family import NmfnetFamily, NmfnetSettings
@@ -30,6 +30,7 @@ class NmfnetTrajectory(NmfnetFamily):
     """NMFNet's branches and PAAD's branch for the path, joined before the last layer."""
 
     columns: ClassVar[tuple[str, ...]] = (*COLUMNS, "trajectory_image")
+    candidate_columns: ClassVar[tuple[str, ...]] = ("trajectory_image",)
 
     def __init__(self, settings: NmfnetTrajectorySettings) -> None:
         """Make it with random weights."""
@@ -39,8 +40,12 @@ class NmfnetTrajectory(NmfnetFamily):
         self.dropout = nn.Dropout(settings.dropout)
         self.last = nn.Linear(self.scene.length + features, settings.horizon)
 
-    def predict(self, scene: Tensor, observation: Observation) -> Tensor:
-        """Log-odds of success (B, T) from the scene's vector and the trajectory image."""
-        path = self.path(observation["trajectory_image"])
-        found: Tensor = self.last(torch.cat((self.dropout(scene), path), dim=1))
-        return found
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        """Log-odds of success (K, T) from the scene's vector and the trajectory image.
+
+        The last layer reads both side by side; the scene's part of it is computed once a scene.
+        """
+        vector = self.dropout(features["scene_features"])
+        path = self.path(candidates["trajectory_image"])
+        weight, bias, length = self.last.weight, self.last.bias, self.scene.length
+        return linear(vector, weight[:, :length], bias) + linear(path, weight[:, length:])

@@ -10,7 +10,7 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
-from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.attention_fusion import AttentionFusion
 from model_zoo.layers.image_branch import ImageBranch
 from model_zoo.layers.path_branch import PathBranch
@@ -75,11 +75,13 @@ class Paad(SuccessModel):
 
     Attributes:
         columns: See :class:`SuccessModel`.
+        candidate_columns: See :class:`SuccessModel`.
         horizon: See :class:`SuccessModel`.
         settings: Its sizes.
     """
 
     columns: ClassVar[tuple[str, ...]] = ("image", "trajectory_image", "laser_scan")
+    candidate_columns: ClassVar[tuple[str, ...]] = ("trajectory_image",)
 
     def __init__(self, settings: PaadSettings) -> None:
         """Make it with random weights."""
@@ -118,9 +120,15 @@ class Paad(SuccessModel):
         if self.settings.alpha == "auto":
             self._alpha = ALPHA_PER_BATCH * batches
 
-    def logits(self, observation: Observation) -> Tensor:
-        """Log-odds of success, (B, T)."""
-        return -self._failure_logits(observation, self.scan.encode(self._ranges(observation)))
+    def encode(self, scene: Observation) -> Features:
+        """Picture and scan, fused."""
+        return self._features(scene, self.scan.encode(self._ranges(scene)))
+
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        """Log-odds of success, (K, T)."""
+        path = self.path(candidates["trajectory_image"])
+        failure: Tensor = self.fusion(features["scene_features"], path)
+        return -failure
 
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """Squared error of the scan + divergence of its codes + alpha * cross-entropy.
@@ -132,7 +140,7 @@ class Paad(SuccessModel):
         ranges = self._ranges(observation)
         codes = self.scan.encode(ranges)
         sampled = codes.sample() if self.training else codes.mean
-        failure = self._failure_logits(observation, codes).float()
+        failure = -self.score(self._features(observation, codes), observation).float()
         entropy = binary_cross_entropy_with_logits(failure, 1 - success, reduction="none")
         parts = {
             "reconstruction": self.scan.reconstruction_error(ranges, sampled),
@@ -147,11 +155,9 @@ class Paad(SuccessModel):
         settings = self.settings
         return clipped_scan(observation["laser_scan"], settings.beams, settings.scan_limit)
 
-    def _failure_logits(self, observation: Observation, codes: Posterior) -> Tensor:
-        picture = self.image(normalised_picture(observation["image"], self.settings.shrink))
-        path = self.path(observation["trajectory_image"])
-        failure: Tensor = self.fusion(picture, codes.features, path)
-        return failure
+    def _features(self, scene: Observation, codes: Posterior) -> Features:
+        picture = self.image(normalised_picture(scene["image"], self.settings.shrink))
+        return {"scene_features": self.fusion.scene(picture, codes.features)}
 
 
 def _mean(rows: Tensor, weight: Tensor) -> Tensor:

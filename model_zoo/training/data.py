@@ -7,12 +7,14 @@ from pathlib import Path
 
 from lightning_fabric import Fabric
 
+from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from model_zoo.augmentation.sensor_settings import sensor_settings
 from model_zoo.batches import BatchLoader
+from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
 from model_zoo.training.check_values import check_values
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
@@ -34,6 +36,7 @@ class TrainingData:
         weights: Of the training rows.
         columns: As the dataset declares them.
         digest: The dataset's.
+        assumptions: How its rows were made; None where it does not tell.
     """
 
     training: BatchLoader
@@ -41,6 +44,7 @@ class TrainingData:
     weights: RowWeights
     columns: tuple[Column, ...]
     digest: str
+    assumptions: Assumptions | None
 
 
 def open_data(
@@ -71,6 +75,7 @@ def open_data(
         balance_rows(labels[TRAIN], recipe.balance),
         index.columns,
         index.dataset_digest,
+        read_assumptions(index),
     )
 
 

@@ -53,6 +53,7 @@ def publish(
             dataset_digest=identity.dataset,
             metrics=_metrics(predictions, state),
             calibration=fit_temperature(predictions.logits, predictions.success, predictions.mask),
+            assumptions=data.assumptions,
         )
     fabric.barrier()
 

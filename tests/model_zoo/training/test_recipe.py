@@ -15,11 +15,16 @@ from model_zoo.training.row_weights import RowWeights, balance_rows
 from model_zoo.training.step_seed import step_seed
 
 
-@pytest.mark.parametrize("name", ["paper", "small", "smoke"])
-def test_the_shipped_recipes(name: str) -> None:
+@pytest.mark.parametrize("name", ["paper", "small", "smoke", "demo"])
+def test_the_shipped_recipes_let_sensors_fail(name: str) -> None:
+    assert load_recipe(name).augmentation is not None
+
+
+@pytest.mark.parametrize("name", ["paper", "paad"])
+def test_the_published_training_is_shipped_as_published(name: str) -> None:
     recipe = load_recipe(name)
     assert (recipe.learning_rate, recipe.weight_decay) == (5e-4, 1.5e-4)
-    assert recipe.augmentation is not None
+    assert (recipe.batch_size, recipe.epochs) == (16, 50)
 
 
 def test_an_unknown_key_or_name_is_refused(tmp_path: Path) -> None:

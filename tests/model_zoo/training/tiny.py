@@ -20,7 +20,7 @@ from torch import Tensor, nn
 from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
-from model_zoo.contract import Loss, Observation, SuccessModel
+from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
@@ -39,6 +39,7 @@ class TinyModel(SuccessModel):
     """A hidden layer with dropout and batch normalisation; it notes the rows that it was taught."""
 
     columns: ClassVar[tuple[str, ...]] = ("velocity_history", "r_img")
+    candidate_columns: ClassVar[tuple[str, ...]] = ("r_img",)
 
     def __init__(self, horizon: int = HORIZON, dropout: float = 0.3, norm: bool = True) -> None:
         super().__init__()
@@ -56,9 +57,12 @@ class TinyModel(SuccessModel):
     def begin_training(self, batches: int) -> None:
         self.batches = batches
 
-    def logits(self, observation: Observation) -> Tensor:
-        flat = observation["velocity_history"].flatten(1)
-        found: Tensor = self.net(torch.cat((flat, observation["r_img"][:, None]), dim=1))
+    def encode(self, scene: Observation) -> Features:
+        return {"history": scene["velocity_history"].flatten(1)}
+
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        both = torch.cat((features["history"], candidates["r_img"][:, None]), dim=1)
+        found: Tensor = self.net(both)
         return found
 
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:

@@ -1,0 +1,156 @@
+"""The contract of a bundle, from its checkpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from graspe_data.bundle_contract import (
+    Assumptions,
+    BundleContract,
+    Decision,
+    ObservationContract,
+    Tensor,
+    Tolerance,
+)
+from graspe_data.errors import ZooError
+from model_zoo.checkpoints import Checkpoint
+from model_zoo.checkpoints.config import InputColumn
+from model_zoo.decision_rule import decision_weights
+from model_zoo.export.graphs import CANDIDATES, OPSET, OUTPUT
+
+
+def bundle_contract(
+    checkpoint: Checkpoint,
+    assumptions: Assumptions,
+    features: Mapping[str, tuple[int, ...]],
+    tolerance: Tolerance,
+) -> BundleContract:
+    """State what the graphs of a checkpoint take and give.
+
+    Args:
+        checkpoint: Whose graphs they are.
+        assumptions: How the rows were made that it was trained on.
+        features: Shapes of what goes from one graph to the other, in their order.
+        tolerance: Of parity.
+
+    Raises:
+        ZooError: As :func:`model_inputs`.
+    """
+    config, model = checkpoint.config, checkpoint.model
+    inputs = model_inputs(checkpoint, assumptions.observation)
+    several = CANDIDATES in model.candidate_columns
+    return BundleContract(
+        model=config.model,
+        preset=config.preset,
+        horizon=config.horizon,
+        step_s=assumptions.observation.horizon_step_s,
+        encode_inputs=tuple(inputs[name] for name in model.scene_columns),
+        features=tuple(
+            Tensor(name=name, dtype="float32", shape=shape, meaning="of encode, unchanged to score")
+            for name, shape in features.items()
+        ),
+        score_inputs=tuple(inputs[name] for name in model.candidate_columns),
+        output=Tensor(
+            name=OUTPUT,
+            dtype="float32",
+            shape=("K" if several else 1, config.horizon),
+            unit="1",
+            meaning="calibrated probability of success at each step, 1 = success",
+        ),
+        uses_candidates=several,
+        temperature=temperature(checkpoint),
+        decision=Decision(step_weights=tuple(decision_weights(config.horizon).tolist())),
+        observation=assumptions.observation,
+        robot=assumptions.robot,
+        dataset_digest=config.dataset_digest,
+        checkpoint_digest=checkpoint.digest,
+        parity=tolerance,
+        opset=OPSET,
+    )
+
+
+def model_inputs(checkpoint: Checkpoint, observation: ObservationContract) -> dict[str, Tensor]:
+    """The columns that a model reads, as a planner must derive them.
+
+    Raises:
+        ZooError: The checkpoint's columns are not those of its dataset's settings.
+    """
+    inputs, config = _inputs(observation), checkpoint.config
+    for column in config.columns:
+        _check(column, inputs, checkpoint)
+    if config.horizon != observation.horizon_steps:
+        raise ZooError(
+            f"{checkpoint.folder / 'config.json'}: the model predicts {config.horizon} steps, its "
+            f"dataset's settings say {observation.horizon_steps}. Train it again."
+        )
+    return {column.name: inputs[column.name] for column in config.columns}
+
+
+def temperature(checkpoint: Checkpoint) -> float:
+    """What logits are divided by, 1 where the checkpoint is not calibrated."""
+    calibration = checkpoint.calibration
+    return 1.0 if calibration is None else calibration.temperature
+
+
+def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
+    """Every column that a model may read, as a planner must derive it."""
+    height, width = observation.picture_size
+    points, history = observation.points, observation.history_steps
+    tensors = (
+        Tensor(
+            name="image",
+            dtype="uint8",
+            shape=(1, height, width, 3),
+            unit="grey value",
+            frame="camera",
+            meaning="RGB, undistorted and resized",
+        ),
+        Tensor(
+            name="points",
+            dtype="float32",
+            shape=(1, points.sample.count, 3),
+            unit="m",
+            frame="base_link",
+            meaning="front half of the cloud, sampled; NaN past point_count",
+        ),
+        Tensor(name="point_count", dtype="int32", shape=(1,), unit="1", meaning="real points"),
+        Tensor(
+            name="laser_scan",
+            dtype="float32",
+            shape=(1, points.laser_scan.rays),
+            unit="m",
+            frame="base_link",
+            meaning="least horizontal range, right to left; inf if none",
+        ),
+        Tensor(
+            name="velocity_history",
+            dtype="float32",
+            shape=(1, history, 2),
+            unit="m/s, rad/s",
+            frame="base_link",
+            meaning="oldest first, last when the picture was taken",
+        ),
+        Tensor(
+            name=CANDIDATES,
+            dtype="uint8",
+            shape=("K", height, width),
+            frame="camera",
+            meaning="ground covered by the candidate's constant-velocity arc, 1 inside, else 0",
+        ),
+        Tensor(name="r_img", dtype="float32", shape=(1,), unit="1", meaning="equation (2)"),
+        Tensor(name="r_point", dtype="float32", shape=(1,), unit="1", meaning="equation (5)"),
+    )
+    return {tensor.name: tensor for tensor in tensors}
+
+
+def _check(column: InputColumn, inputs: Mapping[str, Tensor], checkpoint: Checkpoint) -> None:
+    where = f"{checkpoint.folder / 'config.json'}: column {column.name}"
+    tensor = inputs.get(column.name)
+    if tensor is None:
+        raise ZooError(f"{where}: a planner has no such column; it has {', '.join(inputs)}.")
+    if (column.dtype, column.shape) != (tensor.dtype, tensor.shape[1:]):
+        raise ZooError(
+            f"{where}: the model reads {column.dtype} {column.shape}, by its dataset's settings "
+            f"an observation has {tensor.dtype} {tensor.shape[1:]}. Train it again on a dataset "
+            "of this version."
+        )

@@ -1,0 +1,103 @@
+"""From a checkpoint to a bundle."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.bundle_contract import (
+    CARD_FILE,
+    CONTRACT_FILE,
+    ENCODE_GRAPH,
+    PARITY_FILE,
+    RECORDED_FILE,
+    SCORE_GRAPH,
+    Assumptions,
+    Tolerance,
+)
+from graspe_data.errors import ZooError
+from graspe_data.manifest import Settings
+from graspe_data.shards.dataset_manifest import canonical_json, read_index
+from model_zoo.checkpoints import Checkpoint, load_checkpoint
+from model_zoo.checkpoints.assumptions import read_assumptions
+from model_zoo.evaluation.progress import Progress, Silent
+from model_zoo.export.bundle_folder import check_place, write_bundle
+from model_zoo.export.candidates import candidate_images
+from model_zoo.export.card import render_card
+from model_zoo.export.contract import bundle_contract, model_inputs, temperature
+from model_zoo.export.graphs import export_graphs
+from model_zoo.export.parity import check_parity
+from model_zoo.export.scenes import adverse_scenes, drawn_scenes, real_scenes
+
+
+def export_bundle(
+    checkpoint: Path, out: Path, dataset: Path | None = None, progress: Progress | None = None
+) -> Path:
+    """Export a checkpoint as a bundle; nothing is written unless onnxruntime agrees with torch.
+
+    Args:
+        checkpoint: The folder of a checkpoint.
+        out: The bundle's folder; a bundle that lies there is replaced.
+        dataset: The dataset it was trained on. With it, real rows are tried; without, drawn ones.
+            A checkpoint that does not know how its dataset was made needs it.
+        progress: Is told of every case that is tried.
+
+    Returns:
+        The bundle's folder.
+
+    Raises:
+        ZooError: The checkpoint is damaged, the dataset is another, the model cannot be exported,
+            parity fails, or ``out`` cannot be written.
+        ShardError: The dataset is none, or damaged.
+    """
+    check_place(out)
+    loaded, told = load_checkpoint(checkpoint), progress or Silent()
+    assumptions = _assumptions(loaded, dataset)
+    inputs = model_inputs(loaded, assumptions.observation)
+    bases = real_scenes(dataset, tuple(inputs)) if dataset else drawn_scenes([*inputs.values()])
+    graphs = export_graphs(loaded.model, temperature(loaded), bases[0].observation())
+    contract = bundle_contract(loaded, assumptions, graphs.features, Tolerance())
+    scenes = [*bases, *adverse_scenes(bases[0])]
+    parity = check_parity(loaded, graphs, contract, scenes, candidate_images(contract), told)
+    files = {
+        ENCODE_GRAPH: graphs.encode,
+        SCORE_GRAPH: graphs.score,
+        CONTRACT_FILE: _json(contract),
+        RECORDED_FILE: _npz(parity.recorded),
+        PARITY_FILE: _json(parity.report),
+        CARD_FILE: render_card(contract, parity.report).encode(),
+    }
+    return write_bundle(out, files)
+
+
+def _assumptions(checkpoint: Checkpoint, dataset: Path | None) -> Assumptions:
+    where, config = checkpoint.folder, checkpoint.config
+    found = config.assumptions
+    if dataset is not None:
+        index = read_index(dataset)
+        if index.dataset_digest != config.dataset_digest:
+            raise ZooError(
+                f"{where}: trained on the dataset {config.dataset_digest}, {dataset} is "
+                f"{index.dataset_digest}. Give the dataset that it was trained on."
+            )
+        found = found or read_assumptions(index)
+    if found is None:
+        raise ZooError(
+            f"{where}: does not tell how the rows of its dataset were made. Give that dataset "
+            "with --dataset; it must be one that `graspe dataset build` made."
+        )
+    return found
+
+
+def _json(content: Settings) -> bytes:
+    return (canonical_json(content.model_dump(mode="json")) + "\n").encode()
+
+
+def _npz(arrays: Mapping[str, NDArray[np.generic]]) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()

@@ -1,0 +1,132 @@
+"""Every model of the zoo becomes a bundle that keeps its contract."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnxruntime
+import pytest
+import torch
+
+from graspe_data.bundle_contract import (
+    CONTRACT_FILE,
+    ENCODE_GRAPH,
+    PARITY_FILE,
+    RECORDED_FILE,
+    SCORE_GRAPH,
+    SEAL_FILE,
+    SEALED_FILES,
+    BundleContract,
+    BundleSeal,
+)
+from graspe_data.shards.dataset_manifest import read_index
+from model_zoo.checkpoints import load_checkpoint
+from model_zoo.export import export_bundle
+from model_zoo.export.parity import ParityReport
+from model_zoo.registry import MODELS
+from tests.model_zoo.export.made import SHAPES, Made, write_made
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_model_becomes_a_bundle(name: str, dataset: Path, tmp_path: Path) -> None:
+    index = read_index(dataset)
+    checkpoint = write_made(tmp_path / "checkpoint", name, index)
+    bundle = export_bundle(checkpoint, tmp_path / "bundle", dataset)
+    made = Made(name, dataset, index, checkpoint, bundle)
+    expect_all_files_sealed(made)
+    expect_graphs_as_the_contract_says(made)
+    expect_the_origin_in_the_contract(made)
+    expect_parity_on_real_and_adverse_rows(made)
+    expect_recorded_outputs_to_be_the_models(made)
+    expect_no_trace_of_the_machine(made)
+
+
+def expect_all_files_sealed(made: Made) -> None:
+    assert {path.name for path in made.bundle.iterdir()} == {*SEALED_FILES, SEAL_FILE}
+    seal = BundleSeal.model_validate(read(made.bundle / SEAL_FILE))
+    for name, entry in seal.files.items():
+        assert (made.bundle / name).stat().st_size == entry.bytes
+
+
+def expect_graphs_as_the_contract_says(made: Made) -> None:
+    told = contract(made)
+    encode, score = (session(made.bundle / graph) for graph in (ENCODE_GRAPH, SCORE_GRAPH))
+    types = {"tensor(float)": "float32", "tensor(uint8)": "uint8", "tensor(int32)": "int32"}
+    for nodes, tensors in (
+        (encode.get_inputs(), told.encode_inputs),
+        (encode.get_outputs(), told.features),
+        (score.get_inputs(), (*told.features, *told.score_inputs)),
+        (score.get_outputs(), (told.output,)),
+    ):
+        found = [(node.name, types[node.type], tuple(node.shape)) for node in nodes]
+        assert found == [(tensor.name, tensor.dtype, tensor.shape) for tensor in tensors]
+
+
+def expect_the_origin_in_the_contract(made: Made) -> None:
+    told, checkpoint = contract(made), load_checkpoint(made.checkpoint)
+    assert (told.model, told.preset) == (made.name, "small")
+    assert told.checkpoint_digest == checkpoint.digest
+    assert told.dataset_digest == made.index.dataset_digest
+    assert told.temperature == 1.7
+    assert told.observation.image_reliability.saturation_corners == 800
+    assert told.robot.camera is not None
+    assert told.robot.camera.fx == 277.0
+    columns = {tensor.name for tensor in (*told.encode_inputs, *told.score_inputs)}
+    assert columns == set(checkpoint.model.columns)
+    assert told.uses_candidates == ("trajectory_image" in columns)
+
+
+def expect_parity_on_real_and_adverse_rows(made: Made) -> None:
+    told = report(made)
+    assert told.largest_difference <= 2e-5 < told.tolerance == 1e-4
+    assert {case.kind for case in told.cases} == {"real", "adverse"}
+    tried = {case.scene for case in told.cases}
+    columns = set(load_checkpoint(made.checkpoint).model.columns)
+    assert {"test_0", "test_3", "black_image", "white_image", "empty_cloud"} <= tried
+    assert ("no_reliability" in tried) == ("r_img" in columns)
+    counts = {1, 2, 7, 100} if "trajectory_image" in columns else {1}
+    assert {case.candidates for case in told.cases} == counts
+
+
+def expect_recorded_outputs_to_be_the_models(made: Made) -> None:
+    """To be those of the first row, and to depend on scenes and candidates."""
+    checkpoint, cases = load_checkpoint(made.checkpoint), report(made).cases
+    with np.load(made.bundle / RECORDED_FILE, allow_pickle=False) as recorded:
+        outputs = [recorded[f"{case.scene}/success_{case.candidates}"] for case in cases]
+        scene = {
+            name: recorded[f"test_0/{name}"] for name in SHAPES if f"test_0/{name}" in recorded
+        }
+        if contract(made).uses_candidates:
+            scene["trajectory_image"] = recorded["trajectory_image"][:1]
+    first = checkpoint.predict({name: torch.from_numpy(array) for name, array in scene.items()})
+    np.testing.assert_array_equal(outputs[0], first.numpy())
+    assert np.concatenate(outputs).std(axis=0).max() > 0.01
+    if contract(made).uses_candidates:
+        (many,) = (output for output in outputs if len(output) == 100)
+        assert many.std(axis=0).max() > 20 * report(made).largest_difference
+
+
+def expect_no_trace_of_the_machine(made: Made) -> None:
+    here = str(Path(__file__).resolve().parents[3]).encode()
+    assert not any(here in path.read_bytes() for path in made.bundle.iterdir())
+
+
+def read(path: Path) -> Any:
+    return json.loads(path.read_text())
+
+
+def contract(made: Made) -> BundleContract:
+    return BundleContract.model_validate(read(made.bundle / CONTRACT_FILE))
+
+
+def report(made: Made) -> ParityReport:
+    return ParityReport.model_validate(read(made.bundle / PARITY_FILE))
+
+
+def session(graph: Path) -> Any:
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    return onnxruntime.InferenceSession(str(graph), options, providers=["CPUExecutionProvider"])
