@@ -16,6 +16,7 @@ from model_zoo.layers.pointnet import PointNetSettings, PointNetTrunk
 from model_zoo.layers.resnet8 import ResNet8
 from model_zoo.picture_input import normalised_picture
 from model_zoo.point_choice import choose_points
+from model_zoo.point_scale import bounded
 
 COLUMNS = ("image", "points", "point_count", "laser_scan")
 
@@ -31,7 +32,7 @@ class SceneSettings(Settings):
         shrink: Pixels of each side of the squares over which it is averaged first.
         width: Channels of the first block of either ResNet8.
         point_number: Points chosen of each cloud.
-        point_range: Metres that the points are divided by.
+        point_range: Metres at which the length of a point is taken in as 0.5; see ``bounded``.
         point_net: Sizes of the points' network, of which the trunk is used.
         fusion: Channels of the two 1x1 convolutions that join points and picture.
         beams: Rays of a scan over half a circle.
@@ -43,7 +44,7 @@ class SceneSettings(Settings):
     shrink: Count = 1
     width: Count = 32
     point_number: Count = 10_000
-    point_range: Metres = 10.0
+    point_range: Metres = 3.0
     point_net: PointNetSettings = PointNetSettings()
     fusion: tuple[Count, Count] = (256, 128)
     beams: Count = 720
@@ -91,7 +92,7 @@ class SceneBranches(nn.Module):
         picture = relu(self.image(normalised_picture(observation["image"], settings.shrink)))
         points, count = observation["points"], observation["point_count"]
         chosen = choose_points(points, count, settings.point_number)
-        cloud = self.point_net(chosen / settings.point_range)
+        cloud = self.point_net(bounded(chosen, settings.point_range))
         near = relu(self.map(self.draw(observation["laser_scan"])))
         fused = self.fusion(picture, cloud.vector)
         vector = torch.cat((fused.flatten(1), near.flatten(1)), dim=1)

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from torch.nn.functional import max_pool2d
 
 from graspe_data.manifest import Settings
-from model_zoo.contract import Observation
+from model_zoo.contract import Features, Observation
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
 from model_zoo.layers.reliability_graph import FeatureCounts
 from model_zoo.layers.resnet18 import ResNet18
@@ -18,6 +18,7 @@ from model_zoo.layers.trajectory_net import TrajectoryNet, TrajectoryNetSettings
 from model_zoo.layers.velocity_net import VelocityNet, VelocityNetSettings
 from model_zoo.picture_input import normalised_picture
 from model_zoo.point_choice import choose_points
+from model_zoo.point_scale import bounded
 
 COLUMNS = ("image", "points", "point_count", "velocity_history", "trajectory_image")
 
@@ -31,7 +32,7 @@ class SensorEncoderSettings(Settings):
         image_width: Channels of ResNet18's first stage.
         image_reduction: Of its attention's MLP.
         point_number: Points of a cloud that are looked at.
-        point_range: Metres that coordinates are divided by.
+        point_range: Metres at which the length of a point is taken in as 0.5; see ``bounded``.
         points: PointNet.
         velocity: VelNet.
         trajectory: TrajNet.
@@ -44,7 +45,7 @@ class SensorEncoderSettings(Settings):
     image_width: int = 64
     image_reduction: int = 16
     point_number: int = 10_000
-    point_range: float = Field(default=10.0, gt=0)
+    point_range: float = Field(default=3.0, gt=0)
     points: PointNetSettings = PointNetSettings()
     velocity: VelocityNetSettings = VelocityNetSettings()
     trajectory: TrajectoryNetSettings = TrajectoryNetSettings()
@@ -55,6 +56,13 @@ class SensorFeatures(NamedTuple):
     """f_vec, (B, 120) within 0 and 1, and PointNet's feature transform or None."""
 
     vector: Tensor
+    transform: Tensor | None
+
+
+class SceneEncoding(NamedTuple):
+    """The scene's part of f_vec by sensor, not yet normalised, and PointNet's transform or None."""
+
+    features: Features
     transform: Tensor | None
 
 
@@ -74,18 +82,35 @@ class SensorEncoders(nn.Module):
 
     def forward(self, observation: Observation) -> SensorFeatures:
         """The features, all past one sigmoid."""
+        features, transform = self.scene(observation)
+        return SensorFeatures(self.join(features, observation["trajectory_image"]), transform)
+
+    def scene(self, observation: Observation) -> SceneEncoding:
+        """What all trajectories in a scene share: features of picture, points and velocities."""
         points, count = observation["points"], observation["point_count"]
         chosen = choose_points(points, count, self.settings.point_number)
-        cloud = self.points(chosen / self.settings.point_range)
-        parts = (
-            self.image(normalised_picture(observation["image"], self.settings.shrink)),
-            cloud.vector,
-            self.trajectory(self._drawing(observation["trajectory_image"])),
-            self.velocity(observation["velocity_history"]),
+        cloud = self.points(bounded(chosen, self.settings.point_range))
+        features = {
+            "image_features": self.image(
+                normalised_picture(observation["image"], self.settings.shrink)
+            ),
+            "point_features": cloud.vector,
+            "velocity_features": self.velocity(observation["velocity_history"]),
+        }
+        return SceneEncoding(features, cloud.transform)
+
+    def join(self, features: Features, trajectory_image: Tensor) -> Tensor:
+        """f_vec (K, 120) of K trajectory images (K, H, W) in as many scenes, or in one."""
+        rows = trajectory_image.shape[0]
+        image, point, velocity = (
+            features[name].expand(rows, -1)
+            for name in ("image_features", "point_features", "velocity_features")
         )
-        vector = torch.sigmoid(self.norm(torch.cat(parts, dim=1).float()))
-        return SensorFeatures(vector, cloud.transform)
+        trajectory = self.trajectory(self._drawing(trajectory_image))
+        joined = torch.cat((image, point, trajectory, velocity), dim=1)
+        return torch.sigmoid(self.norm(joined.float()))
 
     def _drawing(self, image: Tensor) -> Tensor:
         """Trajectory images (B, H, W) in float32; a shrunk line keeps its value of 1."""
-        return max_pool2d(image.float(), self.settings.shrink)
+        shrink = self.settings.shrink
+        return max_pool2d(image.float(), shrink) if shrink > 1 else image.float()
