@@ -62,6 +62,7 @@ class RowScene:
             is not recorded.
         ribbon_beyond: bool (H, W), the same from that obstacle on.
         pixel_aspect: Height of what a pixel sees over its width; 1 for square pixels.
+        camera: Intrinsics of the stored picture and base_from_camera; None where not recorded.
     """
 
     row: Mapping[str, NDArray[Any]]
@@ -73,6 +74,7 @@ class RowScene:
     ribbon_ahead: NDArray[np.bool_]
     ribbon_beyond: NDArray[np.bool_]
     pixel_aspect: float
+    camera: tuple[Intrinsics, Transform] | None
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -124,6 +126,7 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
         ribbon_ahead=_ribbon(ahead[: free + 1], camera, recipe) if camera else nothing,
         ribbon_beyond=_ribbon(ahead[free:], camera, recipe) if camera else nothing,
         pixel_aspect=camera[0].fx / camera[0].fy if camera else 1.0,
+        camera=camera,
     )
 
 
