@@ -16,6 +16,7 @@ from model_zoo.augmentation.failing_rows import (
     RowFailure,
     fail_rows,
 )
+from model_zoo.augmentation.late_history import draw_lags, late_history
 from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 
@@ -27,7 +28,7 @@ _KNOWN = (*_SEEN, *PER_POINT, *OF_IMAGE, *OF_POINTS, *_VALID)
 def augment(
     batch: dict[str, Tensor], settings: AugmentationSettings, seed: int, step: int
 ) -> dict[str, Tensor]:
-    """Mirror rows of a batch and let sensors fail, by chance.
+    """Mirror rows of a batch, let sensors fail and histories end early, by chance.
 
     What happens is a function of seed, step and the row's place in the batch, whichever columns
     there are: ranks that share a step need seeds of their own. Only columns that are in the batch
@@ -44,7 +45,11 @@ def augment(
     number = len(next(iter(batch.values()), ()))
     mirrored = np.random.default_rng([seed, step, 0, 1]).random(number) < settings.mirror
     failures = [_draw(settings, (seed, step, row + 1)) for row in range(number)]
-    return mirror(fail_rows(batch, failures, settings), mirrored)
+    failed = fail_rows(batch, failures, settings)
+    lags = draw_lags(settings.late_history, number, np.random.default_rng([seed, step, 0, 2]))
+    if "velocity_history" in failed and lags.any():
+        failed = failed | {"velocity_history": late_history(failed["velocity_history"], lags)}
+    return mirror(failed, mirrored)
 
 
 def columns_needed(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, Field
 
@@ -12,8 +12,10 @@ from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 
+Number = TypeVar("Number", int, float)
 
-def _ordered(span: tuple[float, float]) -> tuple[float, float]:
+
+def _ordered(span: tuple[Number, Number]) -> tuple[Number, Number]:
     low, high = span
     if low > high:
         raise ValueError(f"the lower end {low:g} is above the upper end {high:g}")
@@ -27,6 +29,7 @@ Lights = Annotated[tuple[Light, Light], AfterValidator(_ordered)]
 Length = Annotated[float, Field(ge=0, le=200)]
 Lengths = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 Angle = Annotated[float, Field(ge=0, le=2 * math.pi)]
+Lag = Annotated[int, Field(ge=1, le=1000)]
 Angles = Annotated[tuple[Angle, Angle], AfterValidator(_ordered)]
 
 
@@ -88,6 +91,20 @@ class ScatterSettings(Settings):
     """Of the returns that come from nearer than they should."""
 
 
+class LateHistorySettings(Settings):
+    """The velocity history ends before the anchor.
+
+    In a recording the trajectory is that of the velocity with which the history ends, so that a
+    model can read it there and need not look at the trajectory image. A planner asks about other
+    trajectories, while the history stays: what did not look will give all the same answer.
+    """
+
+    probability: Share = 0.5
+    """Of a row's history being late."""
+    lag: Annotated[tuple[Lag, Lag], AfterValidator(_ordered)] = (3, 15)
+    """Steps of the history by which it is late."""
+
+
 class SensorSettings(Settings):
     """The camera that takes the degraded picture."""
 
@@ -104,7 +121,8 @@ class SensorSettings(Settings):
 class AugmentationSettings(Settings):
     """All of the augmentation; a probability of 0 switches its part off.
 
-    Mirroring, the failures of the picture and those of the lidar are drawn independently.
+    Mirroring, late histories, the failures of the picture and those of the lidar are drawn
+    independently.
     """
 
     mirror: Share = 0.5
@@ -115,6 +133,7 @@ class AugmentationSettings(Settings):
     sector_loss: SectorLossSettings = SectorLossSettings()
     thinning: ThinningSettings = ThinningSettings()
     scatter: ScatterSettings = ScatterSettings()
+    late_history: LateHistorySettings = LateHistorySettings()
     sensor: SensorSettings = SensorSettings()
     laser_scan: LaserScanSettings = LaserScanSettings()
     """As the dataset's: the angle that the scan covers and its least range count here."""

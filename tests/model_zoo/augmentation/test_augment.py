@@ -18,7 +18,7 @@ from model_zoo.augmentation import AugmentationSettings, augment, columns_needed
 
 Make = Callable[..., dict[str, Tensor]]
 
-PARTS = ("darkness", "blur", "cover", "sector_loss", "thinning", "scatter")
+PARTS = ("darkness", "blur", "cover", "sector_loss", "thinning", "scatter", "late_history")
 PICTURE = {"image", "r_bright", "r_corners", "r_img"}
 CLOUD = {"points", "intensity", "smoothness", "point_count", "r_edge", "r_planar", "r_point"}
 
