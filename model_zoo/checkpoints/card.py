@@ -10,6 +10,7 @@ from pydantic import JsonValue
 from model_zoo.checkpoints.calibration import Calibration
 from model_zoo.checkpoints.config import CheckpointConfig
 
+_HISTORY = "history"
 _CARD = """\
 # {model} ({preset})
 
@@ -27,6 +28,8 @@ succeed, step by step: probabilities (batch, {horizon}), 1 = success.
 ## Scores on the validation rows
 
 {metrics}
+
+{history}
 
 These rows chose the weights, so the scores are optimistic: judge the model by an evaluation on
 rows of worlds and days that it has not seen.
@@ -49,9 +52,12 @@ Made to rank and to reject candidate trajectories of the robot, sensors and surr
 dataset shows; elsewhere its probabilities mean little. It is no safety system: a planner must stop
 for obstacles without it. Degraded sensors lower its skill; see the evaluation by condition.
 
-    from pathlib import Path
+    from graspe_data.shards import Dataset
     from model_zoo.checkpoints import load_checkpoint
-    probability = load_checkpoint(Path("this folder")).predict(observation)
+
+    checkpoint = load_checkpoint("this folder")
+    rows = Dataset("a dataset", "test", columns=checkpoint.model.columns)
+    probability = checkpoint.predict(rows.batch(range(8)))
 """
 
 
@@ -71,7 +77,8 @@ def render_card(
         parameters=config.parameters,
         dataset_digest=config.dataset_digest,
         columns="\n".join(columns),
-        metrics=_bullets(metrics),
+        metrics=_bullets({name: value for name, value in metrics.items() if name != _HISTORY}),
+        history=_epochs(metrics.get(_HISTORY)),
         calibration=_describe(calibration),
         recipe=_bullets(recipe),
         environment=_bullets(environment),
@@ -88,13 +95,36 @@ def _describe(calibration: Calibration | None) -> str:
     )
 
 
-def _bullets(content: Mapping[str, Any], prefix: str = "") -> str:
-    """Nested mappings as one list of dotted keys."""
-    lines = []
+def _bullets(content: Mapping[str, Any]) -> str:
+    """A line for each value, nested ones by dotted keys."""
+    lines = [f"- {name}: {_shown(value)}" for name, value in _flat(content).items()]
+    return "\n".join(lines) or "- none"
+
+
+def _epochs(history: Any) -> str:
+    """A table with a line for each epoch; nothing where there is no history."""
+    records = history if isinstance(history, list) else []
+    rows = [_flat(record) for record in records if isinstance(record, Mapping)]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    if not names:
+        return "Epoch by epoch nothing is known."
+    lines = [names, ["---"] * len(names)]
+    lines += [[_shown(row.get(name)) for name in names] for row in rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested mappings as one of dotted keys."""
+    flat: dict[str, Any] = {}
     for key, value in content.items():
-        if isinstance(value, Mapping):
-            lines.append(_bullets(value, f"{prefix}{key}."))
-        else:
-            shown = f"{value:.4g}" if isinstance(value, float) else value
-            lines.append(f"- {prefix}{key}: {shown}")
-    return "\n".join(line for line in lines if line) or "- none"
+        name = f"{prefix}{key}"
+        flat |= _flat(value, f"{name}.") if isinstance(value, Mapping) else {name: value}
+    return flat
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, list | tuple):
+        return ", ".join(_shown(item) for item in value)
+    return f"{value:.4g}" if isinstance(value, float) else f"{value}"

@@ -8,11 +8,16 @@ from io import StringIO
 from typing import Any
 
 from model_zoo.evaluation.contestants import Contestant, all_and_each
+from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.score_cells import METRICS
 
 _FIELDS = (
     "model",
     "preset",
+    "recipe",
+    "trained_on",
+    "split",
+    "every",
     "runs",
     "scenario",
     "condition",
@@ -22,6 +27,7 @@ _FIELDS = (
     "high",
     "least_run",
     "greatest_run",
+    "recordings",
 )
 _COSTS = ("median_ms", "p90_ms", "weight_bytes", "working_bytes")
 
@@ -29,8 +35,9 @@ _COSTS = ("median_ms", "p90_ms", "weight_bytes", "working_bytes")
 def comparison_records(models: Sequence[Contestant]) -> list[dict[str, Any]]:
     """A record for each model, scenario, condition and metric; costs have no scenario.
 
-    ``low`` and ``high`` bound 95 % of the resampled recordings (means over runs); ``least_run``
-    and ``greatest_run`` are the extremes of the trainings.
+    Trainings of one model, preset, recipe and dataset are taken together. ``low`` and ``high``
+    bound 95 % of the resampled recordings (means over runs); ``least_run`` and ``greatest_run`` are
+    the extremes of the trainings.
     """
     return [record for model in models for record in (*_scores(model), *_costs(model))]
 
@@ -46,7 +53,15 @@ def render_csv(models: Sequence[Contestant]) -> str:
 
 def _head(model: Contestant) -> dict[str, Any]:
     first = model.runs[0]
-    return {"model": first.model, "preset": first.preset, "runs": len(model.runs)}
+    return {
+        "model": first.model,
+        "preset": first.preset,
+        "recipe": "" if first.recipe is None else first.recipe.digest,
+        "trained_on": first.trained_on,
+        "split": first.split,
+        "every": first.every,
+        "runs": len(model.runs),
+    }
 
 
 def _scores(model: Contestant) -> list[dict[str, Any]]:
@@ -57,9 +72,15 @@ def _scores(model: Contestant) -> list[dict[str, Any]]:
         | {"scenario": scenario, "condition": condition, "metric": metric}
         | model.score(metric, scenario, condition).model_dump()
         | _extremes(model.values(metric, scenario, condition))
+        | _recordings(first, scenario, condition)
         for scenario, condition in places
         for metric in METRICS
     ]
+
+
+def _recordings(evaluation: Evaluation, scenario: str, condition: str) -> dict[str, int]:
+    cell = evaluation.cell(scenario, condition)
+    return {} if cell is None else {"recordings": cell.recordings}
 
 
 def _extremes(values: Sequence[float]) -> dict[str, float]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from model_zoo.evaluation.cell import ALL_SCENARIOS, Score
+from model_zoo.evaluation.comparison_heading import render_heading
 from model_zoo.evaluation.contestants import Contestant, all_and_each
-from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Evaluation, Score
-from model_zoo.evaluation.score_cells import FEWEST_RECORDINGS
+from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.markdown_table import markdown_table
 
 _SCORES = {
     "minimum_au_roc": ("AU-ROC of trajectories", True),
@@ -16,12 +18,6 @@ _SCORES = {
     "expected_calibration_error": ("ECE", False),
 }
 _MEBIBYTE = 1 << 20
-_NOTE = """\
-Split `{split}` of the dataset `{dataset}`. AU-ROC pools all judged steps. In brackets: 95 % of
-{resamples} resamples of recordings lie within; none are given for fewer than {fewest} recordings.
-{runs}Bold: the best of a column.
-"""
-_MANY_RUNS = "Values and bounds are means over the trainings of a model. "
 
 
 def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
@@ -32,15 +28,8 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
         plots: Paths of pictures, relative to the text.
     """
     first = models[0].runs[0]
-    many = any(len(model.runs) > 1 for model in models)
-    note = _NOTE.format(
-        split=first.split,
-        dataset=first.dataset[:12],
-        resamples=first.resamples,
-        fewest=FEWEST_RECORDINGS,
-        runs=_MANY_RUNS if many else "",
-    )
-    parts = ["# Comparison", note, "## AU-ROC by scenario, clean sensors", _scenarios(models)]
+    parts = [render_heading(models), "## AU-ROC by scenario, clean sensors", _scenarios(models)]
+    parts += [_undefined(first)]
     if len(models) > 1:
         title = f"## AU-ROC less that of {models[0].label}, on the same resamples"
         parts += [title, _differences(models)]
@@ -50,13 +39,24 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
     parts += ["## Other scores, all scenarios, clean sensors", _others(models)]
     parts += ["## Cost of one prediction", _costs(models), "## Data", _data(first)]
     parts += [f"![{plot}]({plot})" for plot in plots]
-    return "\n\n".join(part.strip() for part in parts) + "\n"
+    return "\n\n".join(part.strip() for part in parts if part) + "\n"
 
 
 def _scenarios(models: Sequence[Contestant]) -> str:
     columns = all_and_each(models[0].runs[0])
     condition = models[0].runs[0].conditions[0]
     return _grid(models, columns, lambda m, column: m.score("au_roc", column, condition))
+
+
+def _undefined(evaluation: Evaluation) -> str:
+    """Why a scenario has no AU-ROC."""
+    cells = [cell for cell in evaluation.cells if cell.condition == evaluation.conditions[0]]
+    lines = [
+        f"- {cell.scenario}: AU-ROC undefined: {cell.only_class}"
+        for cell in cells
+        if cell.only_class is not None
+    ]
+    return "\n".join(lines)
 
 
 def _conditions(models: Sequence[Contestant]) -> str:
@@ -71,7 +71,7 @@ def _differences(models: Sequence[Contestant]) -> str:
         [m.label, *(_signed(m.advantage(models[0], column, condition)) for column in columns)]
         for m in models[1:]
     ]
-    return _table(["model", *columns], rows)
+    return markdown_table(["model", *columns], rows)
 
 
 def _losses(models: Sequence[Contestant]) -> str:
@@ -92,13 +92,15 @@ def _others(models: Sequence[Contestant]) -> str:
     ]
     head = ["model", *(title for title, _ in _SCORES.values()), "temperature"]
     labels = [model.label for model in models]
-    return _table(head, [list(row) for row in zip(labels, *columns, temperatures, strict=True)])
+    return markdown_table(
+        head, [list(row) for row in zip(labels, *columns, temperatures, strict=True)]
+    )
 
 
 def _costs(models: Sequence[Contestant]) -> str:
     head = ["model", "parameters", "median, ms", "9 of 10 below, ms", "weights, MiB"]
     head += ["beside them, MiB", "device", "threads"]
-    return _table(head, [_cost(model) for model in models])
+    return markdown_table(head, [_cost(model) for model in models])
 
 
 def _cost(model: Contestant) -> list[str]:
@@ -125,7 +127,9 @@ def _data(evaluation: Evaluation) -> str:
             share = "" if cell.success_share is None else f"{cell.success_share:.1%}"
             counts = (f"{cell.recordings}", f"{cell.rows:,}", f"{cell.judged:,}")
             rows.append([scenario, *counts, share])
-    return _table(["scenario", "recordings", "rows", "judged steps", "of them success"], rows)
+    return markdown_table(
+        ["scenario", "recordings", "rows", "judged steps", "of them success"], rows
+    )
 
 
 def _grid(
@@ -141,7 +145,7 @@ def _grid(
     ]
     labels = [model.label for model in models]
     rows = [list(row) for row in zip(labels, *texts, strict=True)]
-    return _table(["model", *columns], rows)
+    return markdown_table(["model", *columns], rows)
 
 
 def _emphasise(scores: Sequence[Score], *, higher_is_better: bool) -> list[str]:
@@ -166,8 +170,3 @@ def _shown(score: Score, *, bold: bool = False, form: str = ".3f") -> str:
 
 def _signed(score: Score) -> str:
     return _shown(score, form="+.3f")
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---" for _ in head], *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,22 +1,24 @@
-"""Evaluations of one model, of one training or of several with other seeds, taken together."""
+"""Evaluations of a model trained in one way, once or with several seeds, taken together."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
 import numpy as np
 
-from graspe_data.errors import ZooError
-from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Evaluation, Score
+from model_zoo.evaluation.cell import ALL_SCENARIOS, Score
+from model_zoo.evaluation.comparable import check_comparable, check_trainings
+from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.group_labels import group_of, label_groups
 from model_zoo.evaluation.metrics import Floats
 from model_zoo.evaluation.score_cells import interval
 
 
 @dataclass(frozen=True)
 class Contestant:
-    """A model and a preset, with the evaluations of its trainings.
+    """A model trained in one way, with the evaluations of its trainings.
 
     Attributes:
         label: How tables and plots call it.
@@ -73,51 +75,21 @@ def _difference(first: _Place, second: _Place) -> Score:
 
 
 def contestants(evaluations: Sequence[Evaluation]) -> list[Contestant]:
-    """Group evaluations by model and preset, in the order in which they are first met.
+    """Group evaluations by model, preset, recipe and training data, in the order first met.
 
     Raises:
-        ZooError: None are given, one is given twice, or they are of other data, another split,
-            other scenarios, conditions or resamples, so that they cannot be compared.
+        ZooError: They cannot be compared, or two of a group are not trainings of their own.
     """
-    if not evaluations:
-        raise ZooError("compare: no evaluations given.")
-    seen: set[str] = set()
+    check_comparable(evaluations)
+    groups: dict[Hashable, list[Evaluation]] = {}
     for evaluation in evaluations:
-        _refuse_other(evaluation, evaluations[0])
-        if evaluation.checkpoint in seen:
-            raise ZooError(f"compare: {_name(evaluation)} is given twice.")
-        seen.add(evaluation.checkpoint)
-    presets = {evaluation.preset for evaluation in evaluations}
-    labels = [e.model if len(presets) == 1 else f"{e.model} ({e.preset})" for e in evaluations]
+        groups.setdefault(group_of(evaluation), []).append(evaluation)
+    for runs in groups.values():
+        check_trainings(runs)
+    labels = label_groups([runs[0] for runs in groups.values()])
     return [
-        Contestant(
-            label, tuple(e for e, own in zip(evaluations, labels, strict=True) if own == label)
-        )
-        for label in dict.fromkeys(labels)
+        Contestant(label, tuple(runs)) for label, runs in zip(labels, groups.values(), strict=True)
     ]
-
-
-def _refuse_other(evaluation: Evaluation, first: Evaluation) -> None:
-    for what in (
-        "dataset",
-        "split",
-        "scenarios",
-        "conditions",
-        "resamples",
-        "resample_seed",
-        "every",
-    ):
-        found, expected = getattr(evaluation, what), getattr(first, what)
-        if found != expected:
-            raise ZooError(
-                f"compare: {_name(evaluation)} and {_name(first)} differ in {what}: {found} and "
-                f"{expected}. Evaluate both with the same settings on the same data."
-            )
-
-
-def _name(evaluation: Evaluation) -> str:
-    seed = "" if evaluation.seed is None else f", seed {evaluation.seed}"
-    return f"{evaluation.model} ({evaluation.preset}{seed})"
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from sklearn.metrics import roc_curve
 
-from model_zoo.evaluation.evaluation import CalibrationCurve, RocCurve
+from model_zoo.evaluation.cell import ROC_POINTS, CalibrationCurve, RocCurve
 from model_zoo.evaluation.metrics import CALIBRATION_BINS, Bools, Floats, calibration_bin
 
-_GRID = np.linspace(0, 1, 201)
+_GRID = np.linspace(0, 1, ROC_POINTS)
 _DIGITS = 5
 
 

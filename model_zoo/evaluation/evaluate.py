@@ -10,11 +10,13 @@ import torch
 
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import Checkpoint
+from model_zoo.evaluation.device import Device, choose_device
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
 from model_zoo.evaluation.latency import measure_latency
 from model_zoo.evaluation.predictions import predict_split
 from model_zoo.evaluation.progress import Progress, Silent
+from model_zoo.evaluation.recipe_summary import summarise_recipe
 from model_zoo.evaluation.score_cells import score_cells
 
 
@@ -25,7 +27,7 @@ def evaluate(
     conditions: Sequence[Condition] = CONDITIONS,
     *,
     batch_size: int = 32,
-    device: str = "cpu",
+    device: Device = "cpu",
     seed: int = 0,
     resamples: int = 1000,
     every: int = 1,
@@ -40,7 +42,7 @@ def evaluate(
         conditions: What is done to the sensors; see :mod:`model_zoo.augmentation`. The first is
             what tables and plots show where they show one: ``clean``.
         batch_size: Rows at a time.
-        device: Such as ``cpu`` or ``cuda``.
+        device: ``auto`` takes a GPU where there is one.
         seed: Of degradations and resamples.
         resamples: Of recordings, for the intervals.
         every: Take each so many of a recording's judged rows; neighbours are much alike.
@@ -48,11 +50,12 @@ def evaluate(
 
     Raises:
         ZooError: The dataset does not fit the model, the split has no judged step, a condition is
-            unknown, or a prediction is not finite.
+            unknown, there is no such device, or a prediction is not finite.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
+    chosen = choose_device(device)
     rows = open_judged_split(checkpoint, dataset, split, conditions, every)
-    checkpoint.model.to(device)
+    checkpoint.model.to(chosen)
     latency = measure_latency(checkpoint, _first(rows))
     told = progress or Silent()
     predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, told)
@@ -73,6 +76,11 @@ def evaluate(
     )
 
 
+def with_training(evaluation: Evaluation, checkpoint: Checkpoint) -> Evaluation:
+    """An evaluation, with what its checkpoint tells of the training; older ones lack some of it."""
+    return evaluation.model_copy(update=_describe(checkpoint))
+
+
 def _first(split: JudgedSplit) -> dict[str, torch.Tensor]:
     columns = split.dataset.batch(split.rows[:1])
     return {name: torch.from_numpy(array) for name, array in columns.items()}
@@ -80,11 +88,14 @@ def _first(split: JudgedSplit) -> dict[str, torch.Tensor]:
 
 def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
     seed = checkpoint.recipe.get("seed") if isinstance(checkpoint.recipe, Mapping) else None
+    steps = checkpoint.metrics.get("steps")
     calibration = checkpoint.calibration
     return {
         "model": checkpoint.config.model,
         "preset": checkpoint.config.preset,
         "seed": seed if isinstance(seed, int) else None,
+        "recipe": summarise_recipe(checkpoint.recipe),
+        "steps": steps if isinstance(steps, int) and steps >= 0 else None,
         "parameters": checkpoint.config.parameters,
         "checkpoint": checkpoint.digest,
         "trained_on": checkpoint.config.dataset_digest,

@@ -3,72 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import Settings, validate
-from graspe_data.shards.dataset_manifest import canonical_json
+from graspe_data.shards.dataset_manifest import Sha256, canonical_json
+from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
 from model_zoo.evaluation.latency import Latency
-
-ALL_SCENARIOS = "all"
-"""Stands for the rows of all scenarios together."""
+from model_zoo.evaluation.recipe_summary import RecipeSummary
 
 _LARGEST = 256 << 20
-
-
-class Score(Settings):
-    """A score and the interval that 95 % of the resamples lie in; None where not defined."""
-
-    value: float | None
-    low: float | None
-    high: float | None
-
-
-class RocCurve(Settings):
-    """Share of successes accepted against share of failures accepted, from (0, 0) to (1, 1)."""
-
-    false_positive: tuple[float, ...]
-    true_positive: tuple[float, ...]
-
-
-class CalibrationCurve(Settings):
-    """Of each bin of probability that has judged steps: mean probability, successes, steps."""
-
-    probability: tuple[float, ...]
-    success: tuple[float, ...]
-    judged: tuple[int, ...]
-
-
-class Cell(Settings):
-    """One scenario under one condition of the sensors.
-
-    Attributes:
-        scenario: The group of the recordings, or ``all``.
-        condition: What was done to the observations.
-        recordings: Recordings in it.
-        rows: Their rows.
-        judged: Judged steps of these rows.
-        success_share: Of the judged steps.
-        scores: By the name of the function in :mod:`model_zoo.evaluation.metrics`.
-        au_roc_resamples: AU-ROC of every resample; the same resamples for every model, so that
-            differences between models can be judged pair by pair.
-        roc: Of the judged steps, pooled; None where one class alone was judged.
-        calibration: Of the judged steps, pooled.
-    """
-
-    scenario: str
-    condition: str
-    recordings: int
-    rows: int
-    judged: int
-    success_share: float | None
-    scores: Mapping[str, Score]
-    au_roc_resamples: tuple[float | None, ...]
-    roc: RocCurve | None
-    calibration: CalibrationCurve
 
 
 class Evaluation(Settings):
@@ -79,6 +27,8 @@ class Evaluation(Settings):
         model: Name of the model.
         preset: Its preset.
         seed: Of the training, where the recipe has one.
+        recipe: The rest of it; None where it is not known.
+        steps: That the training did; None where it is not known.
         parameters: Numbers in the model.
         checkpoint: Digest of the checkpoint.
         trained_on: Digest of the dataset it was trained on.
@@ -96,17 +46,37 @@ class Evaluation(Settings):
     model: str
     preset: str
     seed: int | None
-    parameters: int
-    checkpoint: str
-    trained_on: str
-    dataset: str
+    recipe: RecipeSummary | None = None
+    steps: Annotated[int, Field(ge=0)] | None = None
+    parameters: Annotated[int, Field(ge=0)]
+    checkpoint: Sha256
+    trained_on: Sha256
+    dataset: Sha256
     split: str
     temperature: float | None
-    resamples: int
+    resamples: Count
     resample_seed: int
-    every: int = 1
+    every: Count = 1
     cells: tuple[Cell, ...]
     latency: Latency
+
+    @model_validator(mode="after")
+    def _check_cells(self) -> Self:
+        places = [(cell.scenario, cell.condition) for cell in self.cells]
+        wanted = {(s, c) for s in (ALL_SCENARIOS, *self.scenarios) for c in self.conditions}
+        if not places or set(places) != wanted or len(set(places)) < len(places):
+            raise ValueError(
+                f"cells: found {len(places)}, expected one for every scenario, and for "
+                f"{ALL_SCENARIOS!r}, under every condition"
+            )
+        for cell in self.cells:
+            drawn = len(cell.au_roc_resamples)
+            if drawn not in (0, self.resamples):
+                raise ValueError(
+                    f"au_roc_resamples of {cell.scenario!r} under {cell.condition!r}: found "
+                    f"{drawn}, expected {self.resamples} or none"
+                )
+        return self
 
     def cell(self, scenario: str = ALL_SCENARIOS, condition: str = "clean") -> Cell | None:
         """The cell of a scenario and a condition; None where there is none."""

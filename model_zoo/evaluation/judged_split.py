@@ -15,7 +15,7 @@ from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from model_zoo.augmentation import CONDITIONS, Condition, columns_needed
 from model_zoo.checkpoints import Checkpoint
-from model_zoo.evaluation.evaluation import ALL_SCENARIOS
+from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.evaluation.metrics import Bools
 
 _LABELS = ("success", "success_mask", "recording")
@@ -27,7 +27,8 @@ class JudgedSplit:
     """Rows that have a judged step; the others change no score.
 
     Attributes:
-        dataset: The split, with the columns that the model and the conditions read.
+        dataset: The split, with the columns that the model and the conditions read; what they
+            hold is checked when a shard is first touched.
         rows: Indices of the rows, (N,).
         success: (N, T), 1 = success.
         mask: (N, T), true where judged.
@@ -53,8 +54,8 @@ def open_judged_split(
     """Check that a dataset fits a checkpoint, and read its labels.
 
     Raises:
-        ZooError: The dataset does not fit the model, the split has no judged step, a condition is
-            unknown, or ``every`` is not positive.
+        ZooError: The dataset does not fit the model, the split has no judged step, a row is of no
+            recording, a condition is unknown, or ``every`` is not positive.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
     _check_conditions(conditions)
@@ -62,7 +63,7 @@ def open_judged_split(
         raise ZooError(f"every: found {every}; give 1 for all rows, 2 for every second, and so on.")
     index = read_index(path)
     _check_columns(checkpoint, index, path)
-    labels = Dataset(path, split, _LABELS)
+    labels = Dataset(path, split, _LABELS, check="crc")
     columns = labels.batch(np.arange(len(labels)))
     mask = columns["success_mask"].astype(bool)
     rows = np.flatnonzero(mask.any(axis=1)).astype(np.int64, copy=False)
@@ -71,11 +72,16 @@ def open_judged_split(
             f"{path}: none of the {len(labels)} rows of the split {split!r} has a judged step, so "
             "there is nothing to score. Label its recordings and build the dataset again."
         )
-    stamps = Dataset(path, split, ("stamp_ns",)).batch(rows)["stamp_ns"] if every > 1 else None
+    _check_recordings(columns["recording"][rows], len(index.recordings), f"{path}: {split!r}")
+    stamps = (
+        Dataset(path, split, ("stamp_ns",), check="crc").batch(rows)["stamp_ns"]
+        if every > 1
+        else None
+    )
     if stamps is not None:
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
     return JudgedSplit(
-        dataset=Dataset(path, split, _columns(checkpoint, index, conditions)),
+        dataset=Dataset(path, split, _columns(checkpoint, index, conditions), check="crc"),
         rows=rows,
         success=columns["success"].astype(bool)[rows],
         mask=mask[rows],
@@ -91,7 +97,16 @@ def _thinned(
     order = np.lexsort((stamp_ns, recording))
     starts = np.flatnonzero(np.diff(recording[order], prepend=-1))
     since = np.arange(len(rows)) - np.repeat(starts, np.diff(starts, append=len(rows)))
-    return np.sort(rows[order[since % every == 0]])
+    return np.sort(rows[order[since % min(every, len(rows)) == 0]])
+
+
+def _check_recordings(recording: NDArray[Any], count: int, where: str) -> None:
+    outside = recording[(recording < 0) | (recording >= count)]
+    if outside.size:
+        raise ZooError(
+            f"{where}: column recording: found {outside[0]}, expected 0 to {count - 1}, a place in "
+            "the list of recordings. Build the dataset again."
+        )
 
 
 def _check_conditions(conditions: Sequence[str]) -> None:

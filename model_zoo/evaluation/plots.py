@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.evaluation.contestants import Contestant, all_and_each
-from model_zoo.evaluation.evaluation import ALL_SCENARIOS
+from model_zoo.evaluation.evaluation import Evaluation
 
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 """Of Okabe and Ito: told apart by colour-blind readers."""
@@ -20,6 +21,7 @@ _PANELS_A_ROW = 3
 _PANEL_INCHES = 3.4
 _DOTS_PER_INCH = 120
 _TITLE_SIZE = 9
+_LONGEST_NAME = 48
 _LEAST_RANGE = (0.45, 0.85)
 """Of AU-ROC on an axis, so that differences of no weight look small."""
 
@@ -32,10 +34,13 @@ def plot_roc(models: Sequence[Contestant]) -> bytes:
         axes.plot([0, 1], [0, 1], color="#bbbbbb", linewidth=1)
         for model, colour in _coloured(models):
             _draw_roc(axes, model, colour, scenario)
-        axes.set_title(scenario, fontsize=_TITLE_SIZE)
+        axes.set_title(_drawn(scenario), fontsize=_TITLE_SIZE)
         axes.set(xlabel="failures accepted", ylabel="successes accepted")
         axes.set(xlim=(0, 1), ylim=(0, 1.01), aspect="equal")
-        axes.legend(fontsize=7, loc="lower right", frameon=False)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=7, loc="lower right", frameon=False)
+        else:
+            axes.text(0.5, 0.5, _undefined(first, scenario), ha="center", fontsize=7)
     return _png(figure)
 
 
@@ -47,7 +52,7 @@ def plot_calibration(models: Sequence[Contestant]) -> bytes:
         _draw_calibration(axes, model, colour)
         error = model.score("expected_calibration_error", ALL_SCENARIOS, _clean(model)).value
         shown = "" if error is None else f", ECE {error:.3f}"
-        axes.set_title(f"{model.label}{shown}", fontsize=_TITLE_SIZE)
+        axes.set_title(f"{_drawn(model.label)}{shown}", fontsize=_TITLE_SIZE)
         axes.set(xlabel="predicted probability of success", ylabel="share of successes")
         axes.set(xlim=(0, 1), ylim=(0, 1.01), aspect="equal")
     figure.supxlabel("areas of the dots: share of the judged steps", fontsize=8)
@@ -67,7 +72,7 @@ def plot_conditions(models: Sequence[Contestant]) -> bytes:
         lows = np.array([np.nan if s.low is None else s.low for s in scores])
         highs = np.array([np.nan if s.high is None else s.high for s in scores])
         axes.vlines(at, lows, highs, color=colour, linewidth=1.5)
-        axes.plot(at, values, "o", color=colour, markersize=5, label=model.label)
+        axes.plot(at, values, "o", color=colour, markersize=5, label=_drawn(model.label))
     axes.axhline(0.5, color="#bbbbbb", linewidth=1)
     axes.set_xticks(range(len(conditions)), [c.replace("_", " ") for c in conditions])
     bottom, top = axes.get_ylim()
@@ -84,7 +89,7 @@ def _draw_roc(axes: Axes, model: Contestant, colour: str, scenario: str) -> None
     area = model.score("au_roc", scenario, _clean(model)).value
     if curves and area is not None:
         heights = np.mean([curve.true_positive for curve in curves], axis=0)
-        label = f"{model.label} {area:.3f}"
+        label = f"{_drawn(model.label)} {area:.3f}"
         axes.plot(curves[0].false_positive, heights, color=colour, linewidth=1.5, label=label)
 
 
@@ -96,6 +101,19 @@ def _draw_calibration(axes: Axes, model: Contestant, colour: str) -> None:
             axes.plot(curve.probability, curve.success, color=colour, linewidth=1)
             sizes = 300 * np.array(curve.judged) / cell.judged
             axes.scatter(curve.probability, curve.success, sizes + 2, color=colour, alpha=0.6)
+
+
+def _undefined(evaluation: Evaluation, scenario: str) -> str:
+    cell = evaluation.cell(scenario, evaluation.conditions[0])
+    reason = cell.only_class if cell else None
+    return "AU-ROC undefined" + (f":\n{reason}" if reason else "")
+
+
+def _drawn(text: str) -> str:
+    """A name as matplotlib takes it: no formula, in one line, not longer than a panel is wide."""
+    line = " ".join(text.split())
+    short = line if len(line) <= _LONGEST_NAME else line[: _LONGEST_NAME - 1] + "…"
+    return short.replace("$", r"\$").lstrip("_")
 
 
 def _clean(model: Contestant) -> str:

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from model_zoo.evaluation import metrics
 from model_zoo.evaluation.bootstrap import Integers, draw_weights, resampled_scores
+from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, StoredScore
 from model_zoo.evaluation.curves import calibration_curve, roc
-from model_zoo.evaluation.evaluation import ALL_SCENARIOS, Cell, Score
 from model_zoo.evaluation.judged_split import JudgedSplit
 from model_zoo.evaluation.metrics import Bools, Floats
 
@@ -80,9 +80,9 @@ def _cell(
     )
 
 
-def _score(value: float | None, drawn: Floats) -> Score:
+def _score(value: float | None, drawn: Floats) -> StoredScore:
     low, high = interval(drawn)
-    return Score(value=value, low=low, high=high)
+    return StoredScore(value=value, low=low, high=high)
 
 
 def interval(drawn: Floats) -> tuple[float, float] | tuple[None, None]:

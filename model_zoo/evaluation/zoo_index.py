@@ -17,9 +17,10 @@ from model_zoo.evaluation.evaluation import Evaluation
 
 INDEX_NAME = "zoo.yaml"
 
-_HEADING = (
-    "# Written by `graspe zoo run`: every training, its checkpoint's digest and its AU-ROC.\n"
-)
+_HEADING = """\
+# Written by `graspe zoo compare`, alone or at the end of `graspe zoo run`: every training, its
+# checkpoint's digest and its AU-ROC.
+"""
 
 AuRoc = Annotated[float, Field(ge=0, le=1)] | None
 
@@ -31,6 +32,8 @@ class IndexEntry(Settings):
         model: Name of the model.
         preset: Its preset.
         seed: Of the training.
+        recipe: Digest of its recipe without the seed; None where it is not known.
+        steps: That it did; None where it is not known.
         parameters: Numbers in the model.
         checkpoint: Digest of the checkpoint.
         trained_on: Digest of the dataset.
@@ -42,6 +45,8 @@ class IndexEntry(Settings):
     model: str
     preset: str
     seed: int | None
+    recipe: str | None = None
+    steps: int | None = None
     parameters: int
     checkpoint: str
     trained_on: str
@@ -106,6 +111,8 @@ def _entry(evaluation: Evaluation) -> IndexEntry:
         model=evaluation.model,
         preset=evaluation.preset,
         seed=evaluation.seed,
+        recipe=None if evaluation.recipe is None else evaluation.recipe.digest,
+        steps=evaluation.steps,
         parameters=evaluation.parameters,
         checkpoint=evaluation.checkpoint,
         trained_on=evaluation.trained_on,

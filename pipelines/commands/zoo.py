@@ -17,6 +17,7 @@ from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
     from model_zoo.contract import SuccessModel
+    from model_zoo.evaluation.evaluation import Evaluation
     from model_zoo.evaluation.zoo_index import ZooIndex
     from model_zoo.training.console_progress import ConsoleTrainingProgress
     from model_zoo.training.machine import Machine
@@ -103,26 +104,36 @@ def evaluate_command(
     checkpoint: Annotated[Path, typer.Argument(help="The folder of a checkpoint.")],
     data: Data,
     out: Annotated[
-        Path | None, typer.Option(help="The file; default: evaluation.json beside it.")
+        Path | None,
+        typer.Option(help="The file; default: beside it, its name telling what is left out."),
     ] = None,
     split: Split = "test",
     clean: Clean = False,
     every: Every = 1,
+    device: Device = "auto",
+    threads: Threads = None,
 ) -> None:
     """Score a checkpoint by scenario and by condition of the sensors."""
     with needing_torch():
+        import torch  # noqa: PLC0415
+
         from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
         from model_zoo.checkpoints import load_checkpoint  # noqa: PLC0415
         from model_zoo.evaluation.evaluate import evaluate  # noqa: PLC0415
-    file = out or checkpoint.parent / "evaluation.json"
+        from model_zoo.evaluation.evaluation_file import (  # noqa: PLC0415
+            check_writable,
+            evaluation_name,
+        )
     conditions = CONDITIONS[:1] if clean else CONDITIONS
+    file = out or checkpoint.parent / evaluation_name(split, conditions, every)
+    check_writable(file)
+    if threads is not None:
+        torch.set_num_threads(threads)
     with ConsoleProgress(Console(stderr=True)) as told:
         loaded = load_checkpoint(checkpoint)
-        made = evaluate(loaded, data, split, conditions, every=every, progress=told)
+        made = evaluate(loaded, data, split, conditions, device=device, every=every, progress=told)
     made.write(file)
-    whole = made.cell()
-    score = whole.scores["au_roc"].value if whole else None
-    typer.echo(f"{file}: AU-ROC {score:.3f}" if score is not None else f"{file}")
+    typer.echo(f"{file}: {_verdict(made)}")
 
 
 @app.command("compare")
@@ -183,6 +194,15 @@ class ConsoleZooProgress:
     def evaluation(self) -> AbstractContextManager[ConsoleProgress]:
         """A bar of batches."""
         return ConsoleProgress(Console(stderr=True))
+
+
+def _verdict(evaluation: Evaluation) -> str:
+    """The AU-ROC of all scenarios, or why there is none."""
+    whole = evaluation.cell(condition=evaluation.conditions[0])
+    score = whole.scores["au_roc"].value if whole else None
+    if score is not None:
+        return f"AU-ROC {score:.3f}"
+    return f"AU-ROC undefined: {whole.only_class if whole else 'nothing judged'}"
 
 
 def _training() -> ConsoleTrainingProgress:

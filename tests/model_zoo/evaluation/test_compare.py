@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
@@ -22,13 +23,19 @@ def make(write_tiny: Callable[..., Path], tmp_path: Path) -> Make:
     """An evaluation of a tiny model that was trained with a seed."""
     data = write_tiny_dataset(tmp_path / "data", ("hill", "hill", "hill", "lake", "lake"))
 
-    def build(seed: int, name: str = "tiny", **changed: object) -> Evaluation:
-        checkpoint = load_checkpoint(write_tiny(f"{name}{seed}", seed=seed))
+    def build(
+        seed: int, name: str = "tiny", trained: dict[str, Any] | None = None, **changed: object
+    ) -> Evaluation:
+        checkpoint = load_checkpoint(write_tiny(f"{name}{seed}", seed=seed, **(trained or {})))
         arguments = {"conditions": ("clean", "dark"), "resamples": 40} | changed
         found = evaluate(checkpoint, data, **arguments)  # type: ignore[arg-type]
         return found.model_copy(update={"model": name})
 
     return build
+
+
+def recipe(seed: int, **changed: object) -> dict[str, Any]:
+    return {"recipe": {"epochs": 2, "seed": seed} | changed}
 
 
 def test_tables_csv_and_plots_are_written(make: Make, tmp_path: Path) -> None:
@@ -40,6 +47,9 @@ def test_tables_csv_and_plots_are_written(make: Make, tmp_path: Path) -> None:
         "| model | clean | dark |",
         "## Cost of one prediction",
         "| lake | 2 | ",
+        "60 rows of 5 recordings, every judged row.",
+        "intervals over recordings, not over trainings",
+        "| tiny | small | 1 | 0 | 7 | ",
         "## AU-ROC lost to each condition",
         "![roc.png](roc.png)",
     ):
@@ -58,6 +68,7 @@ def test_tables_csv_and_plots_are_written(make: Make, tmp_path: Path) -> None:
 
 def test_the_csv_has_a_line_for_each_number(make: Make, tmp_path: Path) -> None:
     one = make(0)
+    assert one.recipe is not None
     table = compare([one], tmp_path / "out")
     with table.with_name("comparison.csv").open() as file:
         lines = list(csv.DictReader(file))
@@ -71,6 +82,8 @@ def test_the_csv_has_a_line_for_each_number(make: Make, tmp_path: Path) -> None:
     assert cell is not None
     assert float(area["value"]) == cell.scores["au_roc"].value
     assert float(area["low"]) == cell.scores["au_roc"].low
+    assert (area["recipe"], area["trained_on"]) == (one.recipe.digest, "ab" * 32)
+    assert (area["split"], area["every"], area["recordings"]) == ("test", "1", "3")
 
 
 def test_the_same_evaluations_give_the_same_bytes(make: Make, tmp_path: Path) -> None:
@@ -81,13 +94,14 @@ def test_the_same_evaluations_give_the_same_bytes(make: Make, tmp_path: Path) ->
 
 
 def test_trainings_with_other_seeds_are_averaged(make: Make, tmp_path: Path) -> None:
-    runs = [make(0), make(1), make(2)]
+    runs = [make(seed, trained=recipe(seed)) for seed in range(3)]
     (model,) = contestants(runs)
     areas = model.values("au_roc", "all", "clean")
     assert model.score("au_roc", "all", "clean").value == pytest.approx(sum(areas) / 3)
     text = compare(runs, tmp_path / "out").read_text()
     assert "means over the trainings" in text
     assert "less that of" not in text
+    assert "| tiny | small | 3 | 0, 1, 2 | 7, 7, 7 | " in text
 
 
 def test_differences_are_of_the_same_resamples(make: Make) -> None:
@@ -111,6 +125,59 @@ def test_presets_are_told_apart(make: Make) -> None:
         "tiny (small)",
         "tiny (paper)",
     ]
+
+
+def test_recipes_and_training_data_are_told_apart(make: Make) -> None:
+    plain, longer = make(0, trained=recipe(0)), make(0, trained=recipe(0, epochs=9))
+    elsewhere = make(0, trained=recipe(0) | {"dataset_digest": "cd" * 32})
+    found = contestants([plain, longer, elsewhere, make(1, trained=recipe(1))])
+    assert [model.label for model in found] == [
+        "tiny (epochs 2, data abababab)",
+        "tiny (epochs 9, data abababab)",
+        "tiny (epochs 2, data cdcdcdcd)",
+    ]
+    assert [len(model.runs) for model in found] == [2, 1, 1]
+
+
+def test_a_recipe_that_is_not_known_is_a_recipe_of_its_own(make: Make) -> None:
+    older = make(1, trained=recipe(1)).model_copy(update={"recipe": None})
+    known = make(0, trained=recipe(0))
+    labels = [model.label for model in contestants([known, older])]
+    assert known.recipe is not None
+    assert labels == [f"tiny (recipe {known.recipe.short})", "tiny (recipe unknown)"]
+
+
+def test_names_are_drawn_and_printed_as_they_are(make: Make, tmp_path: Path) -> None:
+    odd = [make(0).model_copy(update={"model": name}) for name in ("$x_{" * 50, "_a|b\n<i>")]
+    odd[1] = odd[1].model_copy(update={"checkpoint": "1" * 64})
+    assert "| _a\\|b &lt;i> |" in compare(odd, tmp_path / "out").read_text()
+
+
+def test_one_class_is_said_to_leave_au_roc_undefined(
+    make: Make, write_tiny: Callable[..., Path], tmp_path: Path
+) -> None:
+    data = write_tiny_dataset(tmp_path / "good", ("hill", "hill"), success=True)
+    one = evaluate(load_checkpoint(write_tiny()), data, conditions=("clean", "dark"), resamples=9)
+    text = compare([one], tmp_path / "out").read_text()
+    assert "- hill: AU-ROC undefined: all judged steps succeed" in text
+
+
+def test_trainings_of_one_seed_are_no_repetitions(make: Make) -> None:
+    one, same = make(0), make(0, trained={"metrics": {"steps": 8}})
+    with pytest.raises(ZooError, match=r"tiny \(small, seed 0\) is there twice, .*one recipe"):
+        contestants([one, same])
+    older = [run.model_copy(update={"recipe": None}) for run in (one, same)]
+    with pytest.raises(ZooError, match="recipes that their evaluations do not tell"):
+        contestants(older)
+    with pytest.raises(ZooError, match="differ in parameters: 31 and 30"):
+        contestants([one, make(1).model_copy(update={"parameters": 31, "recipe": one.recipe})])
+
+
+def test_other_rows_are_refused(make: Make) -> None:
+    one, other = make(0), make(1)
+    fewer = [cell.model_copy(update={"rows": cell.rows - 1}) for cell in other.cells]
+    with pytest.raises(ZooError, match=r"differ in the rows of 'all' under 'clean': .*rows 59"):
+        contestants([one, other.model_copy(update={"cells": tuple(fewer)})])
 
 
 def test_what_cannot_be_compared_is_refused(make: Make, tmp_path: Path) -> None:

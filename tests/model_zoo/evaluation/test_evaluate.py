@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import evaluate, metrics, read_evaluation
+from model_zoo.evaluation.evaluate import with_training
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.judged_split import open_judged_split
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, TinyModel, write_tiny_dataset
@@ -52,7 +54,7 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
         assert len(cell.au_roc_resamples) == 50
 
 
-@pytest.mark.parametrize("every", [2, 5])
+@pytest.mark.parametrize("every", [2, 5, 10**30])
 def test_every_so_many_rows_of_each_recording_from_its_first(
     write_tiny: Write, tmp_path: Path, every: int
 ) -> None:
@@ -84,11 +86,25 @@ def test_an_evaluation_names_what_it_is_of_and_is_read_back(
     found = evaluate(checkpoint, dataset, conditions=("clean",), resamples=10)
     assert (found.model, found.preset, found.seed, found.parameters) == ("tiny", "small", 4, 30)
     assert (found.checkpoint, found.temperature) == (checkpoint.digest, 2.0)
+    assert found.recipe is not None
+    assert found.recipe.values["epochs"] == 2
+    assert "seed" not in found.recipe.values
     assert found.dataset == Dataset(dataset, "test").digest
     assert found.latency.median_ms <= found.latency.p90_ms
     assert found.latency.weight_bytes == 30 * 4 + 8
     found.write(tmp_path / "evaluation.json")
     assert read_evaluation(tmp_path / "evaluation.json") == found
+
+
+def test_an_evaluation_that_does_not_tell_the_recipe_is_read(
+    write_tiny: Write, dataset: Path, tmp_path: Path
+) -> None:
+    found = evaluated(write_tiny(), dataset)
+    older = json.loads(found.model_dump_json(exclude={"recipe", "steps"}))
+    (tmp_path / "older.json").write_text(json.dumps(older))
+    again = read_evaluation(tmp_path / "older.json")
+    assert again == found.model_copy(update={"recipe": None, "steps": None})
+    assert with_training(again, load_checkpoint(write_tiny())) == found
 
 
 def test_batches_change_nothing(write_tiny: Write, dataset: Path) -> None:
@@ -167,6 +183,32 @@ def test_nan_in_a_column_is_named_as_a_cause(write_tiny: Write, tmp_path: Path) 
     folder = write_tiny_dataset(tmp_path / "nan", ("hill",), r_img=np.float32(np.nan))
     with pytest.raises(ZooError, match=r"not finite under 'clean'\. Look for NaN"):
         evaluated(write_tiny(), folder)
+
+
+def test_a_row_of_no_recording_is_refused(write_tiny: Write, tmp_path: Path) -> None:
+    folder = write_tiny_dataset(tmp_path / "lost", ("hill", "lake"), recording=9)
+    with pytest.raises(ZooError, match="column recording: found 9, expected 0 to 1"):
+        evaluated(write_tiny(), folder)
+
+
+@pytest.mark.parametrize("column", ["success", "velocity_history"])
+def test_a_flipped_bit_is_found(write_tiny: Write, dataset: Path, column: str) -> None:
+    stored = Dataset(dataset, "test", (column,)).batch(range(96))[column].tobytes()
+    shard = dataset / "test" / "0.npz"
+    content = bytearray(shard.read_bytes())
+    content[content.index(stored)] ^= 1
+    shard.write_bytes(content)
+    with pytest.raises(ShardError, match=f"{column}: its crc does not match"):
+        evaluated(write_tiny(), dataset)
+
+
+def test_a_device_that_is_not_there_is_refused(
+    write_tiny: Write, dataset: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    with pytest.raises(ZooError, match="cuda was asked for and torch finds none"):
+        evaluated(write_tiny(), dataset, device="cuda")
+    assert evaluated(write_tiny(), dataset, device="auto").latency.device == "cpu"
 
 
 def test_files_that_are_no_evaluation_are_refused(tmp_path: Path) -> None:

@@ -1,0 +1,117 @@
+"""Scores of one scenario under one condition of the sensors, as an evaluation's file has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from graspe_data.manifest import Settings
+
+ALL_SCENARIOS = "all"
+"""Stands for the rows of all scenarios together."""
+
+ROC_POINTS = 201
+"""Of a ROC curve: the same for all, so that their mean is one."""
+
+_ROUNDING = 1e-6
+
+Share = Annotated[float, Field(ge=-_ROUNDING, le=1 + _ROUNDING)]
+"""Every score that is stored lies in 0 .. 1, but for rounding."""
+Count = Annotated[int, Field(ge=1)]
+
+
+class Score(Settings):
+    """A score and the interval that 95 % of the resamples lie in; None where not defined."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+    @model_validator(mode="after")
+    def _check_interval(self) -> Self:
+        if (self.low is None) != (self.high is None):
+            raise ValueError(f"low {self.low}, high {self.high}: expected both or none")
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise ValueError(f"low {self.low} is above high {self.high}")
+        return self
+
+
+class StoredScore(Score):
+    """A score of a model, and no difference of two."""
+
+    value: Share | None
+    low: Share | None
+    high: Share | None
+
+
+class RocCurve(Settings):
+    """Share of successes accepted against share of failures accepted, from (0, 0) to (1, 1)."""
+
+    false_positive: Annotated[
+        tuple[Share, ...], Field(min_length=ROC_POINTS, max_length=ROC_POINTS)
+    ]
+    true_positive: Annotated[tuple[Share, ...], Field(min_length=ROC_POINTS, max_length=ROC_POINTS)]
+
+
+class CalibrationCurve(Settings):
+    """Of each bin of probability that has judged steps: mean probability, successes, steps."""
+
+    probability: tuple[Share, ...]
+    success: tuple[Share, ...]
+    judged: tuple[Count, ...]
+
+    @model_validator(mode="after")
+    def _check_lengths(self) -> Self:
+        lengths = len(self.probability), len(self.success), len(self.judged)
+        if len(set(lengths)) > 1:
+            raise ValueError(
+                f"probability, success and judged have {lengths} bins, expected as many in each"
+            )
+        return self
+
+
+class Cell(Settings):
+    """One scenario under one condition of the sensors.
+
+    Attributes:
+        scenario: The group of the recordings, or ``all``.
+        condition: What was done to the observations.
+        recordings: Recordings in it.
+        rows: Their rows.
+        judged: Judged steps of these rows.
+        success_share: Of the judged steps.
+        scores: By the name of the function in :mod:`model_zoo.evaluation.metrics`.
+        au_roc_resamples: AU-ROC of every resample; the same resamples for every model, so that
+            differences between models can be judged pair by pair.
+        roc: Of the judged steps, pooled; None where one class alone was judged.
+        calibration: Of the judged steps, pooled.
+    """
+
+    scenario: str
+    condition: str
+    recordings: Count
+    rows: Count
+    judged: Count
+    success_share: Share | None
+    scores: Mapping[str, StoredScore]
+    au_roc_resamples: tuple[Share | None, ...]
+    roc: RocCurve | None
+    calibration: CalibrationCurve
+
+    @model_validator(mode="after")
+    def _check_scores(self) -> Self:
+        if "au_roc" not in self.scores:
+            found = ", ".join(self.scores) or "none"
+            raise ValueError(f"scores: expected au_roc among them, found {found}")
+        steps = sum(self.calibration.judged)
+        if steps != self.judged:
+            raise ValueError(f"calibration: has {steps} judged steps, the cell {self.judged}")
+        return self
+
+    @property
+    def only_class(self) -> str | None:
+        """Why AU-ROC is not defined where the judged steps are of one class; else None."""
+        told = {1.0: "all judged steps succeed", 0.0: "all judged steps fail"}
+        return None if self.success_share is None else told.get(self.success_share)

@@ -1,0 +1,95 @@
+"""Whether evaluations can be compared: of the same rows, each of a training of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from graspe_data.errors import ZooError
+from model_zoo.evaluation.cell import Cell
+from model_zoo.evaluation.evaluation import Evaluation
+
+_SHORT = 12
+_SETTINGS = ("dataset", "split", "scenarios", "conditions", "resamples", "resample_seed", "every")
+_COUNTS = ("recordings", "rows", "judged", "success_share")
+
+
+def check_comparable(evaluations: Sequence[Evaluation]) -> None:
+    """Refuse evaluations that are not of the same rows.
+
+    Raises:
+        ZooError: None are given, one is given twice, or they are of other data, another split,
+            other scenarios, conditions, resamples or rows.
+    """
+    if not evaluations:
+        raise ZooError("compare: no evaluations given.")
+    seen: set[str] = set()
+    for evaluation in evaluations:
+        _refuse_other_settings(evaluation, evaluations[0])
+        _refuse_other_rows(evaluation, evaluations[0])
+        if evaluation.checkpoint in seen:
+            raise ZooError(f"compare: {_name(evaluation)} is given twice.")
+        seen.add(evaluation.checkpoint)
+
+
+def check_trainings(runs: Sequence[Evaluation]) -> None:
+    """Refuse trainings of one model, recipe and dataset that are not repetitions of each other.
+
+    Raises:
+        ZooError: Two have the same seed, or other numbers of parameters.
+    """
+    by_seed: dict[int, Evaluation] = {}
+    for run in runs:
+        if run.parameters != runs[0].parameters:
+            raise ZooError(
+                f"compare: {_name(run)} and {_name(runs[0])} differ in parameters: "
+                f"{run.parameters} and {runs[0].parameters}, so they are not one model. Compare "
+                "them apart, or train one of them again."
+            )
+        if run.seed is not None and run.seed in by_seed:
+            _refuse_same_seed(run, by_seed[run.seed])
+        if run.seed is not None:
+            by_seed[run.seed] = run
+
+
+def _refuse_same_seed(run: Evaluation, other: Evaluation) -> None:
+    both = f"{other.checkpoint[:_SHORT]} and {run.checkpoint[:_SHORT]}"
+    if run.recipe is None:
+        why = "by recipes that their evaluations do not tell. Evaluate both again"
+    else:
+        why = "on one dataset by one recipe. Give one of them, or train with another seed"
+    raise ZooError(f"compare: {_name(run)} is there twice, as checkpoints {both}, trained {why}.")
+
+
+def _refuse_other_settings(evaluation: Evaluation, first: Evaluation) -> None:
+    for what in _SETTINGS:
+        found, expected = getattr(evaluation, what), getattr(first, what)
+        if found != expected:
+            raise ZooError(
+                f"compare: {_name(evaluation)} and {_name(first)} differ in {what}: {found} and "
+                f"{expected}. Evaluate both with the same settings on the same data."
+            )
+
+
+def _refuse_other_rows(evaluation: Evaluation, first: Evaluation) -> None:
+    for expected in first.cells:
+        found = evaluation.cell(expected.scenario, expected.condition)
+        if found is not None and _counts(found) != _counts(expected):
+            raise ZooError(
+                f"compare: {_name(evaluation)} and {_name(first)} differ in the rows of "
+                f"{expected.scenario!r} under {expected.condition!r}: {_told(found)}; "
+                f"{_told(expected)}. Evaluate both again."
+            )
+
+
+def _counts(cell: Cell) -> tuple[object, ...]:
+    return (*(getattr(cell, name) for name in _COUNTS), len(cell.au_roc_resamples))
+
+
+def _told(cell: Cell) -> str:
+    counts = ", ".join(f"{name} {getattr(cell, name)}" for name in _COUNTS)
+    return f"{counts}, {len(cell.au_roc_resamples)} resamples"
+
+
+def _name(evaluation: Evaluation) -> str:
+    seed = "" if evaluation.seed is None else f", seed {evaluation.seed}"
+    return f"{evaluation.model} ({evaluation.preset}{seed})"

@@ -1,0 +1,59 @@
+"""Files that look like an evaluation and contradict themselves."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graspe_data.errors import ZooError
+from model_zoo.checkpoints import load_checkpoint
+from model_zoo.evaluation import evaluate, read_evaluation
+from tests.model_zoo.checkpoints.tiny_model import write_tiny_dataset
+
+Content = dict[str, Any]
+
+
+@pytest.fixture
+def content(write_tiny: Callable[..., Path], tmp_path: Path) -> Content:
+    data = write_tiny_dataset(tmp_path / "data", ("hill", "hill", "hill"))
+    made = evaluate(load_checkpoint(write_tiny()), data, conditions=("clean",), resamples=9)
+    found: Content = json.loads(made.model_dump_json())
+    return found
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda c: c["scores"]["au_roc"].update(value=5.0), r"au_roc\.value: .*less than or equal"),
+        (lambda c: c["scores"]["brier"].update(value=-0.1), r"brier\.value: .*greater than"),
+        (lambda c: c["scores"]["au_roc"].update(low=0.9, high=0.1), "low 0.9 is above high 0.1"),
+        (lambda c: c["scores"]["au_roc"].update(low=None), "expected both or none"),
+        (lambda c: c["scores"].pop("au_roc"), "expected au_roc among them"),
+        (lambda c: c["au_roc_resamples"].pop(), "'all' under 'clean': found 8, expected 9 or none"),
+        (lambda c: c["roc"]["true_positive"].pop(), "at least 201 items"),
+        (lambda c: c["calibration"]["judged"].pop(), "expected as many in each"),
+        (lambda c: c.update(judged=1), "judged steps, the cell 1"),
+        (lambda c: c.update(success_share=2), r"success_share: .*less than or equal"),
+        (lambda c: c.update(scenario="hill"), "one for every scenario, and for 'all'"),
+    ],
+)
+def test_a_contradiction_is_named_with_its_file(
+    content: Content, damage: Callable[[Content], object], said: str, tmp_path: Path
+) -> None:
+    damage(content["cells"][0])
+    path = tmp_path / "evaluation.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(ZooError, match=said) as refusal:
+        read_evaluation(path)
+    assert str(path) in str(refusal.value)
+
+
+def test_an_evaluation_without_scores_is_refused(content: Content, tmp_path: Path) -> None:
+    path = tmp_path / "evaluation.json"
+    path.write_text(json.dumps(content | {"cells": []}))
+    with pytest.raises(ZooError, match="cells: found 0, expected one for every scenario"):
+        read_evaluation(path)
