@@ -66,7 +66,7 @@ def read_yaml(path: Path) -> Any:
     """Read one YAML document, without tags or objects.
 
     Raises:
-        ManifestError: The file is missing, too large, or not YAML.
+        ManifestError: The file is missing, too large, not YAML, or gives a key twice.
     """
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
@@ -74,11 +74,25 @@ def read_yaml(path: Path) -> Any:
         text = path.read_text(encoding="utf-8")
         if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
             raise ManifestError(f"{path}: aliases (*name) are not allowed; write the value out.")
-        return yaml.safe_load(text)
+        return _Loader(text).get_single_data()
     except (OSError, UnicodeDecodeError) as error:
         raise ManifestError(f"{path}: cannot be read: {error}") from error
     except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError) as error:
         raise ManifestError(f"{path}: not valid YAML: {error}") from error
+
+
+class _Loader(yaml.SafeLoader):
+    """A key that is given twice is a mistake, where YAML's own loader takes the last."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Make a mapping, as the base class does, of keys that differ."""
+        seen = set()
+        for key, _ in node.value:
+            if (key.tag, str(key.value)) in seen:
+                place = f"line {key.start_mark.line + 1}"
+                raise yaml.YAMLError(f"{place}: the key {key.value!r} is given twice")
+            seen.add((key.tag, str(key.value)))
+        return super().construct_mapping(node, deep)
 
 
 def load_manifest(path: Path, model: type[Model]) -> Model:

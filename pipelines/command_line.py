@@ -19,6 +19,9 @@ from pipelines.commands import (
     zoo,
 )
 
+INTERRUPTED = 130
+STOPPED = "stopped. Run the same command again to go on where it stopped."
+
 app = typer.Typer(
     name="graspe",
     no_args_is_help=True,
@@ -43,9 +46,13 @@ def main() -> None:
     except GraspeError as error:
         sys.stderr.write(f"graspe: {error}\n")
         sys.exit(1)
+    except SystemExit as ended:
+        if ended.code == INTERRUPTED:
+            sys.stderr.write(f"graspe: {STOPPED}\n")
+        raise
     except KeyboardInterrupt:
-        sys.stderr.write("graspe: stopped. Run the same command again to go on where it stopped.\n")
-        sys.exit(130)
+        sys.stderr.write(f"graspe: {STOPPED}\n")
+        sys.exit(INTERRUPTED)
     except BrokenPipeError:
         sys.exit(141)
     except OSError as error:

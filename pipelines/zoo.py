@@ -13,13 +13,14 @@ from graspe_data.shards import Dataset
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation.compare import compare
-from model_zoo.evaluation.evaluate import evaluate
+from model_zoo.evaluation.evaluate import evaluate, with_training
 from model_zoo.evaluation.evaluation import Evaluation, read_evaluation
 from model_zoo.evaluation.progress import Progress
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.train import train
+from model_zoo.training.train import check_run, train
+from pipelines.zoo_checks import check_data, check_distinct, check_folders
 
 EVALUATION_FILE, COMPARISON_FOLDER = "evaluation.json", "comparison"
 
@@ -70,6 +71,10 @@ class Zoo:
     every: int = 1
     machine: Machine = field(default_factory=Machine)
 
+    def recipe_of(self, run: ZooRun) -> Recipe:
+        """The common recipe under the run's seed."""
+        return self.recipe.model_copy(update={"seed": run.seed})
+
 
 def plan_runs(models: Sequence[str], preset: str, seeds: int) -> list[ZooRun]:
     """Every model under the seeds 0 to ``seeds`` - 1; all models of a seed before the next."""
@@ -87,13 +92,18 @@ def run_zoo(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Path:
     Raises:
         ZooError: A model, recipe, dataset or what lies in the folder do not fit together.
     """
+    check_distinct([run.name for run in runs], zoo.conditions)
+    check_data(zoo.dataset, zoo.split, [(run.model, run.preset) for run in runs])
+    check_folders(zoo.out, [*(run.name for run in runs), COMPARISON_FOLDER])
+    for run in runs:
+        check_run(run.model, run.preset, zoo.dataset, zoo.recipe_of(run), zoo.out / run.name)
     evaluations = list(_evaluations(zoo, runs, progress))
     return compare(evaluations, zoo.out / COMPARISON_FOLDER)
 
 
 def _evaluations(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Iterator[Evaluation]:
     for run in runs:
-        recipe = zoo.recipe.model_copy(update={"seed": run.seed})
+        recipe = zoo.recipe_of(run)
         folder, named = zoo.out / run.name, (run.model, run.preset)
         with progress.training() as told:
             checkpoint = train(*named, zoo.dataset, recipe, folder, told, zoo.machine)
@@ -110,9 +120,15 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
     if found is not None:
         kept = (found.checkpoint, found.dataset, found.split, found.conditions, found.every)
         if kept == asked:
-            return found
+            return with_training(found, loaded)
     made = evaluate(
-        loaded, zoo.dataset, zoo.split, zoo.conditions, every=zoo.every, progress=progress
+        loaded,
+        zoo.dataset,
+        zoo.split,
+        zoo.conditions,
+        device=zoo.machine.device,
+        every=zoo.every,
+        progress=progress,
     )
     made.write(file)
     return made

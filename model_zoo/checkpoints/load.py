@@ -16,14 +16,17 @@ from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import read_yaml, validate
 from model_zoo.checkpoints.calibration import Calibration
 from model_zoo.checkpoints.config import CheckpointConfig
+from model_zoo.checkpoints.model_inputs import Columns, model_inputs
 from model_zoo.checkpoints.sealed_folder import check_sealed, read_bounded
+from model_zoo.checkpoints.sizes import check_sizes
 from model_zoo.checkpoints.weights import load_weights
-from model_zoo.contract import Observation, SuccessModel
-from model_zoo.registry import create_model
+from model_zoo.contract import SuccessModel
+from model_zoo.registry import create_model, list_models
 
+WEIGHTS_FILE = "model.safetensors"
 _FILES = frozenset(
     {
-        "model.safetensors",
+        WEIGHTS_FILE,
         "config.json",
         "recipe.yaml",
         "environment.json",
@@ -65,13 +68,31 @@ class Checkpoint:
         return next(self.model.parameters()).device
 
     @torch.inference_mode()
-    def predict(self, observation: Observation) -> Tensor:
-        """Calibrated probabilities of success, float32 (B, T), on the device, without gradients."""
-        read = {name: observation[name].to(self.device) for name in self.model.columns}
+    def predict(self, observation: Columns) -> Tensor:
+        """Calibrated probabilities of success, float32 (B, T), on the device, without gradients.
+
+        Args:
+            observation: The model's columns, (B, ...) each: tensors, or arrays as a dataset's
+                ``batch`` gives them; others in it are not read.
+
+        Raises:
+            ZooError: A column is missing, or its rows have another shape.
+        """
+        read = model_inputs(observation, self.config.columns, self.device)
         logits = self.model.logits(read).float()
         if self.calibration is not None:
             logits = logits / self.calibration.temperature
         return torch.sigmoid(logits)
+
+
+def read_description(folder: Path) -> tuple[CheckpointConfig, dict[str, Any]]:
+    """What a whole checkpoint is and how it was trained, without its model.
+
+    Raises:
+        ZooError: Names the file that is missing, damaged or does not validate.
+    """
+    check_sealed(folder, _FILES)
+    return _validated(folder / "config.json", CheckpointConfig), _recipe(folder)
 
 
 def load_checkpoint(path: Path | str) -> Checkpoint:
@@ -85,32 +106,45 @@ def load_checkpoint(path: Path | str) -> Checkpoint:
     digest = check_sealed(folder, _FILES)
     config = _validated(folder / "config.json", CheckpointConfig)
     calibration = _json(folder / "calibration.json")
-    try:
-        recipe = read_yaml(folder / "recipe.yaml")
-    except ManifestError as error:
-        raise ZooError(str(error)) from error
     return Checkpoint(
         folder=folder,
         model=_model(folder, config),
         config=config,
         calibration=_validated(folder / "calibration.json", Calibration) if calibration else None,
-        recipe=recipe,
+        recipe=_recipe(folder),
         metrics=_json(folder / "metrics.json"),
         digest=digest,
     )
 
 
+def _recipe(folder: Path) -> dict[str, Any]:
+    path = folder / "recipe.yaml"
+    try:
+        content = read_yaml(path)
+    except ManifestError as error:
+        raise ZooError(str(error)) from error
+    if not isinstance(content, dict):
+        raise ZooError(f"{path}: expected a mapping, found {type(content).__name__}.")
+    return content
+
+
 def _model(folder: Path, config: CheckpointConfig) -> SuccessModel:
-    """Make the model without memory to compare its weights, then for real."""
-    file = folder / "model.safetensors"
+    """Make the model without memory to compare its weights, then for real.
+
+    Its numbers are all there, so a preset that is not known here is not needed.
+    """
+    file = folder / WEIGHTS_FILE
+    check_sizes(config.numbers, folder / "config.json")
+    known = config.preset in list_models().get(config.model, ())
+    preset = config.preset if known else "paper"
 
     def make() -> SuccessModel:
         try:
-            return create_model(config.model, config.preset, **config.numbers)
+            return create_model(config.model, preset, **config.numbers)
         except (ZooError, TypeError) as error:
             raise ZooError(f"{folder / 'config.json'}: {error}") from error
 
-    model = load_weights(file, make)
+    model = load_weights(file, make, config.parameters)
     read = {column.name for column in config.columns}
     if (config.horizon, read) != (model.horizon, set(model.columns)):
         raise ZooError(

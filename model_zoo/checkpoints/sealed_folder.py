@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
@@ -82,9 +83,10 @@ def read_bounded(path: Path, limit: int) -> bytes:
     """Read a file of at most ``limit`` bytes.
 
     Raises:
-        ZooError: It is missing, larger, or cannot be read.
+        ZooError: It is missing, larger, no regular file, or cannot be read.
     """
     try:
+        _check_regular(path)
         with path.open("rb") as file:
             content = file.read(limit + 1)
     except FileNotFoundError as error:
@@ -112,8 +114,15 @@ def _parse(path: Path, content: bytes) -> Seal:
         raise ZooError(f"{error}\n{_AGAIN}") from error
 
 
+def _check_regular(path: Path) -> None:
+    """Before it is opened: to open a pipe waits for who writes to it."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise ZooError(f"{path}: expected a regular file, found something else. {_AGAIN}")
+
+
 def _check_file(path: Path, entry: SealedFile) -> None:
     try:
+        _check_regular(path)
         with path.open("rb") as file:
             size = path.stat().st_size
             digest = hashlib.file_digest(file, "sha256").hexdigest() if size == entry.bytes else ""

@@ -30,7 +30,9 @@ _DTYPES = {
 _Layout = dict[str, tuple[str, tuple[int, ...]]]
 
 
-def load_weights(file: Path, make: Callable[[], SuccessModel]) -> SuccessModel:
+def load_weights(
+    file: Path, make: Callable[[], SuccessModel], parameters: int | None = None
+) -> SuccessModel:
     """Make a model and fill it from a safetensors file.
 
     The model is first made without memory for its weights, whatever sizes its settings ask for.
@@ -38,18 +40,34 @@ def load_weights(file: Path, make: Callable[[], SuccessModel]) -> SuccessModel:
     Args:
         file: The weights.
         make: Makes the model.
+        parameters: How many it is said to have; None is not compared.
 
     Raises:
-        ZooError: The file is damaged, or a weight is missing, unknown, or of another shape or
-            dtype.
+        ZooError: The file is damaged, the model has another number of parameters, or a weight is
+            missing, unknown, or of another shape or dtype.
     """
     stored = _stored_layout(file)
-    with _WithoutMemory():
-        expected = _layout(make())
-    _compare(file, expected, stored)
+    planned = _plan(file, make)
+    _compare(file, _layout(planned), stored)
+    found = sum(parameter.numel() for parameter in planned.parameters())
+    if parameters not in (None, found):
+        raise ZooError(
+            f"{file}: the model has {found} parameters, config.json says {parameters}. {_OTHER}"
+        )
     model = make()
     model.load_state_dict(load_file(file))
     return model
+
+
+def _plan(file: Path, make: Callable[[], SuccessModel]) -> SuccessModel:
+    try:
+        with _WithoutMemory():
+            return make()
+    except (RuntimeError, OverflowError, MemoryError) as error:
+        reason = (str(error).splitlines() or ["no memory"])[0]
+        raise ZooError(
+            f"{file.parent / 'config.json'}: its numbers make no model: {reason}. {_OTHER}"
+        ) from error
 
 
 class _WithoutMemory(TorchFunctionMode):

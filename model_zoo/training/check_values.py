@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
+from model_zoo.training.progress import SilentProgress, TrainingProgress
 
 INFINITE_WHERE_EMPTY = frozenset({"laser_scan"})
 PADDED = frozenset({"points", "intensity", "smoothness"})
@@ -17,7 +18,7 @@ COUNT, RECORDING = "point_count", "recording"
 ROWS_AT_ONCE = 128
 
 
-def check_values(dataset: Dataset) -> None:
+def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> None:
     """Read every float column of a dataset once and refuse what is not finite.
 
     Points past their row's count are padding, whatever they are; a ray without a return is inf.
@@ -25,8 +26,10 @@ def check_values(dataset: Dataset) -> None:
     Args:
         dataset: A split with the columns that are to be checked. Where ``point_count`` is not
             among them, the padded columns may hold NaN.
+        progress: Is told of the rows that were read.
 
     Raises:
+        ShardError: What is read does not have the checksum that was written with it.
         ZooError: Names the first column and row that hold NaN, or an infinity that means nothing.
     """
     floats = [column for column in dataset.columns if np.dtype(column.dtype).kind == "f"]
@@ -34,9 +37,12 @@ def check_values(dataset: Dataset) -> None:
         return
     extra = {column.name for column in dataset.index.columns} & {COUNT}
     names = {column.name for column in floats} | extra
-    reader = Dataset(dataset.path, dataset.split, names)
+    reader = Dataset(dataset.path, dataset.split, names, check="crc")
+    progress = progress or SilentProgress()
     for begin in range(0, len(reader), ROWS_AT_ONCE):
-        batch = reader.batch(np.arange(begin, min(begin + ROWS_AT_ONCE, len(reader))))
+        end = min(begin + ROWS_AT_ONCE, len(reader))
+        batch = reader.batch(np.arange(begin, end))
+        progress.aside(f"checking {dataset.split} rows", end, len(reader))
         for column in floats:
             for row in _faulty_rows(column, batch):
                 raise ZooError(_describe(dataset, column, begin + row))
@@ -66,4 +72,6 @@ def _recording(dataset: Dataset, row: int) -> str:
     if RECORDING not in {column.name for column in dataset.index.columns}:
         return ""
     place = Dataset(dataset.path, dataset.split, [RECORDING]).row(row)[RECORDING]
-    return f" (recording {dataset.index.recordings[int(place)].name})"
+    known = dataset.index.recordings
+    number = int(place)
+    return f" (recording {known[number].name if 0 <= number < len(known) else number})"

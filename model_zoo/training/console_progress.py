@@ -31,6 +31,7 @@ class ConsoleTrainingProgress:
             disable=not console.is_terminal,
         )
         self._task: TaskID | None = None
+        self._aside: TaskID | None = None
 
     def start(self, what: str, steps: int, done: int) -> None:
         """Begin a bar."""
@@ -45,10 +46,17 @@ class ConsoleTrainingProgress:
         )
         if self._task is not None:
             self._bar.update(self._task, completed=report.step, state=text)
-        now = time.monotonic()
-        if not self._console.is_terminal and now - self._last_line >= self._line_every_s:
-            self._last_line = now
-            self._print(f"[step {report.step}/{report.steps}] {text}")
+        self._line_now_and_then(f"[step {report.step}/{report.steps}] {text}")
+
+    def aside(self, what: str, done: int, of: int) -> None:
+        """Show a second bar until all is done, or write a line if the last is old enough."""
+        if self._aside is None:
+            self._aside = self._bar.add_task(what, total=of, state="")
+        self._bar.update(self._aside, completed=done)
+        if done >= of:
+            self._bar.remove_task(self._aside)
+            self._aside = None
+        self._line_now_and_then(f"[{what} {done}/{of}]")
 
     def epoch(self, record: EpochRecord, best: bool) -> None:
         """Write the epoch's line."""
@@ -70,6 +78,12 @@ class ConsoleTrainingProgress:
     def __exit__(self, *error: object) -> None:
         """Take the bar away."""
         self._bar.stop()
+
+    def _line_now_and_then(self, line: str) -> None:
+        now = time.monotonic()
+        if not self._console.is_terminal and now - self._last_line >= self._line_every_s:
+            self._last_line = now
+            self._print(line)
 
     def _print(self, line: str) -> None:
         console = self._bar.console

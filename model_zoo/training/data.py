@@ -22,6 +22,7 @@ from model_zoo.training.chosen_rows import ChosenRows, choose_rows
 from model_zoo.training.labels import LABEL_COLUMNS, Labels, read_labels
 from model_zoo.training.machine import Machine
 from model_zoo.training.preparation import Preparation
+from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.row_weights import RowWeights, balance_rows
 
@@ -54,6 +55,7 @@ def open_data(
     recipe: Recipe,
     machine: Machine,
     fabric: Fabric,
+    progress: TrainingProgress,
 ) -> TrainingData:
     """Check a dataset and open its loaders; rank 0 alone looks for NaN.
 
@@ -67,7 +69,7 @@ def open_data(
     check_forward(model, Dataset(folder, VALIDATION, model.columns), name)
     if fabric.global_rank == 0:
         for split in SPLITS:
-            check_values(Dataset(folder, split, model.columns))
+            check_values(Dataset(folder, split, model.columns), progress)
     fabric.barrier()
     return TrainingData(
         _training(index, folder, labels[TRAIN], model, recipe, machine, fabric),

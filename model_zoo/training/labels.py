@@ -42,10 +42,10 @@ def read_labels(folder: Path, split: str) -> Labels:
     """Read the labels of a split.
 
     Raises:
-        ShardError: No such dataset, split or columns.
+        ShardError: No such dataset, split or columns, or the labels are damaged.
         ZooError: The judged steps of the split are all of one class, or there are none.
     """
-    rows = Dataset(folder, split, LABEL_COLUMNS)
+    rows = Dataset(folder, split, LABEL_COLUMNS, check="crc")
     arrays = rows.batch(np.arange(len(rows)))
     labels = Labels(arrays[SUCCESS].astype(bool), arrays[MASK].astype(bool))
     _check_classes(labels, f"{folder}: split {split!r}")

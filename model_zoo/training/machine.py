@@ -16,6 +16,7 @@ from graspe_data.manifest import Settings
 from model_zoo.training.recipe import Recipe
 
 LOG_FOLDER = "log"
+MOST_THREADS = 1024
 
 
 class Machine(Settings):
@@ -39,6 +40,11 @@ class Machine(Settings):
     tensorboard: bool = True
 
 
+def count_ranks() -> int:
+    """Processes that share a step: 1, or what ``torchrun`` says."""
+    return int(os.environ.get("WORLD_SIZE", "1"))
+
+
 def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
     """Join the other ranks, if ``torchrun`` started this one among some.
 
@@ -48,13 +54,16 @@ def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
         out: The run's folder; logs go to a folder in it.
 
     Raises:
-        ZooError: A GPU is asked for and there is none.
+        ZooError: A GPU is asked for and there is none, more threads than make sense are, or logs
+            cannot be written.
     """
+    _check_threads(machine.threads)
+    _check_log(machine, out / LOG_FOLDER)
     if machine.device == "cuda" and not torch.cuda.is_available():
         raise ZooError("device: cuda was asked for and torch finds none. Take auto or cpu.")
     if machine.threads is not None:
         torch.set_num_threads(machine.threads)
-    ranks, local = (int(os.environ.get(name, "1")) for name in ("WORLD_SIZE", "LOCAL_WORLD_SIZE"))
+    ranks, local = count_ranks(), int(os.environ.get("LOCAL_WORLD_SIZE", "1"))
     cuda = machine.device != "cpu" and torch.cuda.is_available()
     fabric = Fabric(
         accelerator="cuda" if cuda else "cpu",
@@ -66,3 +75,16 @@ def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
     )
     fabric.launch()
     return fabric
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and threads > MOST_THREADS:
+        raise ZooError(f"threads: {threads} asked for, expected at most {MOST_THREADS}.")
+
+
+def _check_log(machine: Machine, folder: Path) -> None:
+    if machine.tensorboard and os.path.lexists(folder) and not folder.is_dir():
+        raise ZooError(
+            f"{folder}: found a file, expected the folder of the run's logs or nothing. Move it "
+            "away, or give another folder for the run."
+        )

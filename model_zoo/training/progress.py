@@ -40,6 +40,9 @@ class TrainingProgress(Protocol):
     def step(self, report: StepReport) -> None:
         """Some steps more are done; told every second or so."""
 
+    def aside(self, what: str, done: int, of: int) -> None:
+        """So much of something beside the steps is done, as of a look at all rows."""
+
     def epoch(self, record: EpochRecord, best: bool) -> None:
         """An epoch is done, and is the best so far or not."""
 
@@ -54,6 +57,9 @@ class SilentProgress:
         """Ignore it."""
 
     def step(self, report: StepReport) -> None:
+        """Ignore it."""
+
+    def aside(self, what: str, done: int, of: int) -> None:
         """Ignore it."""
 
     def epoch(self, record: EpochRecord, best: bool) -> None:

@@ -13,6 +13,7 @@ from model_zoo.contract import SuccessModel
 from model_zoo.evaluation.score_cells import METRICS
 from model_zoo.training.data import TrainingData
 from model_zoo.training.history import best_epoch
+from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.state import Identity, TrainingState
 from model_zoo.training.validation import Predictions, predict
 
@@ -24,6 +25,7 @@ def publish(
     identity: Identity,
     state: TrainingState,
     folder: Path,
+    progress: TrainingProgress,
 ) -> None:
     """Score the model on the validation rows and write its checkpoint.
 
@@ -36,11 +38,12 @@ def publish(
         identity: Of the training.
         state: What it came to.
         folder: Of the checkpoint.
+        progress: Is told of the validation.
 
     Raises:
         ZooError: It cannot be written.
     """
-    predictions = predict(fabric, model, data.validation)
+    predictions = predict(fabric, model, data.validation, progress)
     if fabric.is_global_zero:
         write_checkpoint(
             folder,

@@ -5,15 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import Settings, find_manifest, load_manifest
 from model_zoo.augmentation.settings import AugmentationSettings
 
 Balance = Literal["none", "rows", "resample"]
-Count = Annotated[int, Field(gt=0)]
-Positive = Annotated[float, Field(gt=0)]
+Count = Annotated[int, Field(gt=0, le=10**9)]
 
 
 class Recipe(Settings):
@@ -44,16 +43,23 @@ class Recipe(Settings):
     epochs: Count = 50
     most_steps: Count | None = None
     batch_size: Count = 16
-    learning_rate: Positive = 5e-4
-    weight_decay: Annotated[float, Field(ge=0)] = 1.5e-4
-    gradient_clip: Positive | None = 5.0
+    learning_rate: Annotated[float, Field(gt=0, le=10)] = 5e-4
+    weight_decay: Annotated[float, Field(ge=0, le=1)] = 1.5e-4
+    gradient_clip: Annotated[float, Field(gt=0, le=1e6)] | None = 5.0
     schedule: Literal["constant", "cosine"] = "constant"
-    warm_up_steps: Annotated[int, Field(ge=0)] = 0
+    warm_up_steps: Annotated[int, Field(ge=0, le=10**9)] = 0
     balance: Balance = "rows"
     augmentation: AugmentationSettings | None = None
     patience: Count | None = 10
     precision: Literal["float32", "bf16"] = "float32"
     seed: Annotated[int, Field(ge=0)] = 0
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_truth(cls, value: object) -> object:
+        if isinstance(value, bool):
+            raise ValueError(f"expected a number or a name, found {str(value).lower()}")  # noqa: TRY004
+        return value
 
 
 def load_recipe(name: str | Path) -> Recipe:

@@ -34,6 +34,10 @@ class Identity(Settings):
     recipe: Recipe
     ranks: int = 1
 
+    def differences(self, then: Identity) -> list[str]:
+        """What another training has otherwise, as sentences without their end."""
+        return _differences(then.model_dump(mode="json"), self.model_dump(mode="json"))
+
 
 @dataclass
 class TrainingState:
@@ -57,3 +61,14 @@ class TrainingState:
         """Keep the model's weights as the best."""
         weights = model.state_dict()
         self.best = {name: tensor.detach().cpu().clone() for name, tensor in weights.items()}
+
+
+def _differences(then: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
+    found = []
+    for key, value in then.items():
+        new = now.get(key)
+        if isinstance(value, Mapping) and isinstance(new, Mapping):
+            found += [f"{key}.{inner}" for inner in _differences(value, new)]
+        elif value != new:
+            found.append(f"{key} was {value}, is {new}")
+    return found + [f"{key} was none, is {now[key]}" for key in now.keys() - then.keys()]

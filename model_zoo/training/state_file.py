@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,6 @@ from typing import Literal
 import safetensors.torch
 import torch
 from safetensors import SafetensorError, safe_open
-from torch import Tensor
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ManifestError, ZooError
@@ -20,8 +20,14 @@ from model_zoo.contract import SuccessModel
 from model_zoo.training.history import EpochRecord
 from model_zoo.training.meter import LossMeans
 from model_zoo.training.state import Identity, TrainingState
-
-Weights = dict[str, Tensor]
+from model_zoo.training.state_tensors import (
+    Weights,
+    below,
+    fill_optimiser,
+    optimiser_tensors,
+    prefixed,
+    state_digest,
+)
 
 
 class _Counts(Settings):
@@ -63,11 +69,13 @@ class StateFile:
             epoch_sums=state.means.sums(),
         )
         tensors = {
-            **_prefixed("model", model.state_dict()),
-            **_prefixed("best", state.best),
-            **_optimiser_tensors(optimiser),
+            **prefixed("model", model.state_dict()),
+            **prefixed("best", state.best),
+            **optimiser_tensors(optimiser),
         }
-        content = safetensors.torch.save(tensors, {"counts": counts.model_dump_json()})
+        told = counts.model_dump_json()
+        described = {"counts": told, "sha256": state_digest(told, tensors)}
+        content = safetensors.torch.save(tensors, described)
         write_atomically(self.path, [content], ZooError)
 
     def read(self, model: SuccessModel, optimiser: torch.optim.Optimizer) -> TrainingState | None:
@@ -79,68 +87,59 @@ class StateFile:
         Raises:
             ZooError: The file is damaged, or of a training with another model, dataset or recipe.
         """
-        if not self.path.exists():
+        if not self.is_there():
             return None
         try:
             with safe_open(self.path, framework="pt") as file:
-                counts = self._counts(file.metadata())
+                metadata = file.metadata() or {}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-            model.load_state_dict(_below("model", tensors))
-            _fill_optimiser(optimiser, _below("optimiser", tensors))
+            counts = self._counts(metadata)
+            self._check_digest(metadata, tensors)
+            model.load_state_dict(below("model", tensors))
+            fill_optimiser(optimiser, below("optimiser", tensors))
         except (SafetensorError, OSError, RuntimeError, ValueError, KeyError) as error:
             raise ZooError(f"{self.path}: a damaged state: {error}. {_ANEW}") from error
         means = LossMeans(counts.epoch_steps, counts.epoch_sums)
-        best = _below("best", tensors)
+        best = below("best", tensors)
         return TrainingState(counts.step, counts.position, list(counts.history), means, best)
 
-    def _counts(self, metadata: Mapping[str, str] | None) -> _Counts:
+    def is_there(self) -> bool:
+        """Whether there is a state, without its tensors.
+
+        Raises:
+            ZooError: There is, but damaged, or of another training.
+        """
+        if not os.path.lexists(self.path):
+            return False
+        if not self.path.is_file():
+            raise ZooError(f"{self.path}: expected a file, found something else. {_ANEW}")
         try:
-            content = json.loads((metadata or {})["counts"])
+            with safe_open(self.path, framework="pt") as file:
+                self._counts(file.metadata() or {})
+        except (SafetensorError, OSError) as error:
+            raise ZooError(f"{self.path}: a damaged state: {error}. {_ANEW}") from error
+        return True
+
+    def _check_digest(self, metadata: Mapping[str, str], tensors: Weights) -> None:
+        """States of former versions have no digest."""
+        expected = metadata.get("sha256")
+        if expected is None:
+            return
+        found = state_digest(metadata["counts"], tensors)
+        if found != expected:
+            raise ZooError(
+                f"{self.path}: a damaged state: SHA-256 {found}, expected {expected}. {_ANEW}"
+            )
+
+    def _counts(self, metadata: Mapping[str, str]) -> _Counts:
+        try:
+            content = json.loads(metadata["counts"])
             counts = validate(content, _Counts, str(self.path))
         except (ManifestError, KeyError, ValueError) as error:
             raise ZooError(f"{self.path}: no state of a training: {error}. {_ANEW}") from error
-        then, now = (identity.model_dump() for identity in (counts.identity, self.identity))
-        for what in _differences(then, now):
+        for what in self.identity.differences(counts.identity):
             raise ZooError(f"{self.path}: the training that began here differs: {what}. {_ANEW}")
         return counts
 
 
 _ANEW = "Go on with what it began with, or give another folder to begin anew."
-
-
-def _differences(then: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
-    found = []
-    for key, value in then.items():
-        new = now.get(key)
-        if isinstance(value, Mapping) and isinstance(new, Mapping):
-            found += [f"{key}.{inner}" for inner in _differences(value, new)]
-        elif value != new:
-            found.append(f"{key} was {value}, is {new}")
-    return found + [f"{key} was none, is {now[key]}" for key in now.keys() - then.keys()]
-
-
-def _prefixed(prefix: str, tensors: Mapping[str, Tensor]) -> Weights:
-    """Separate contiguous copies on the CPU: safetensors stores no views."""
-    return {
-        f"{prefix}.{name}": tensor.detach().cpu().clone().contiguous()
-        for name, tensor in tensors.items()
-    }
-
-
-def _below(prefix: str, tensors: Mapping[str, Tensor]) -> Weights:
-    head = f"{prefix}."
-    return {name.removeprefix(head): t for name, t in tensors.items() if name.startswith(head)}
-
-
-def _optimiser_tensors(optimiser: torch.optim.Optimizer) -> Weights:
-    slots = optimiser.state_dict()["state"]
-    flat = {f"{place}.{name}": t for place, slot in slots.items() for name, t in slot.items()}
-    return _prefixed("optimiser", flat)
-
-
-def _fill_optimiser(optimiser: torch.optim.Optimizer, tensors: Weights) -> None:
-    slots: dict[int, Weights] = {}
-    for key, tensor in tensors.items():
-        place, name = key.split(".", 1)
-        slots.setdefault(int(place), {})[name] = tensor
-    optimiser.load_state_dict(optimiser.state_dict() | {"state": slots})

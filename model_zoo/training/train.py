@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import torch
+from lightning_fabric import Fabric
 from pydantic import JsonValue
+from safetensors.torch import load_file
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints.sealed_folder import SEAL_NAME
+from graspe_data.shards.dataset_manifest import read_index
+from model_zoo.checkpoints.load import WEIGHTS_FILE
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
 from model_zoo.training.data import open_data
-from model_zoo.training.history import best_epoch
-from model_zoo.training.machine import Machine, launch_fabric
+from model_zoo.training.kept_checkpoint import is_kept
+from model_zoo.training.machine import Machine, count_ranks, launch_fabric
 from model_zoo.training.progress import SilentProgress, TrainingProgress
 from model_zoo.training.publish import publish
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.state import Identity, TrainingState
+from model_zoo.training.run_lock import locked
+from model_zoo.training.state import Identity
 from model_zoo.training.state_file import StateFile
 from model_zoo.training.step_seed import step_seed
+from model_zoo.training.summary import summarise
 from model_zoo.training.trainer import Trainer
 
 CHECKPOINT_FOLDER, STATE_FILE = "checkpoint", "state.safetensors"
@@ -66,6 +72,24 @@ def train(
     return train_model(model, *named, dataset, recipe, out, progress, machine)
 
 
+def check_run(model_name: str, preset: str, dataset: Path, recipe: Recipe, out: Path) -> None:
+    """See whether :func:`train` with these arguments would begin or go on.
+
+    Raises:
+        ZooError: What lies in ``out`` is damaged or of another training.
+    """
+    identity = Identity(
+        model=model_name,
+        preset=preset,
+        numbers=model_settings(model_name, preset).model_dump(mode="json"),
+        dataset=read_index(dataset).dataset_digest,
+        recipe=recipe,
+        ranks=count_ranks(),
+    )
+    has_state = StateFile(out / STATE_FILE, identity).is_there()
+    is_kept(out / CHECKPOINT_FOLDER, identity, has_state=has_state)
+
+
 def train_model(
     model: SuccessModel,
     name: str,
@@ -93,35 +117,41 @@ def train_model(
     machine, progress = machine or Machine(), progress or SilentProgress()
     _make(out)
     fabric = launch_fabric(machine, recipe, out)
-    data = open_data(dataset, model, name, recipe, machine, fabric)
     identity = Identity(
         model=name,
         preset=preset,
         numbers=numbers,
-        dataset=data.digest,
+        dataset=read_index(dataset).dataset_digest,
         recipe=recipe,
         ranks=fabric.world_size,
     )
-    file = StateFile(out / STATE_FILE, identity)
+    with locked(out) if fabric.is_global_zero else nullcontext():
+        return _train(fabric, model, identity, dataset, out, progress, machine)
+
+
+def _train(
+    fabric: Fabric,
+    model: SuccessModel,
+    identity: Identity,
+    dataset: Path,
+    out: Path,
+    progress: TrainingProgress,
+    machine: Machine,
+) -> Path:
+    file, checkpoint = StateFile(out / STATE_FILE, identity), out / CHECKPOINT_FOLDER
+    recipe, name = identity.recipe, identity.model
+    if is_kept(checkpoint, identity, has_state=file.is_there()):
+        model.load_state_dict(load_file(checkpoint / WEIGHTS_FILE))
+        progress.finish(f"{name} {identity.preset}: was finished before; {checkpoint}")
+        return checkpoint
+    data = open_data(dataset, model, name, recipe, machine, fabric, progress)
     trainer = Trainer(fabric, model, data, recipe, machine, file, progress)
-    checkpoint = out / CHECKPOINT_FOLDER
-    done = trainer.is_finished and (checkpoint / SEAL_NAME).is_file()
-    progress.start(f"{name} {preset}", trainer.steps, trainer.state.step)
+    progress.start(f"{name} {identity.preset}", trainer.steps, trainer.state.step)
     state = trainer.run()
     model.load_state_dict(state.best)
-    if not done:
-        publish(fabric, model, data, identity, state, checkpoint)
-    progress.finish(_summary(state, trainer.steps, checkpoint))
+    publish(fabric, model, data, identity, state, checkpoint, progress)
+    progress.finish(summarise(state, recipe, trainer.steps, checkpoint))
     return checkpoint
-
-
-def _summary(state: TrainingState, steps: int, checkpoint: Path) -> str:
-    best = state.history[best_epoch(state.history)]
-    why = "all steps done" if state.step >= steps else "no better for the recipe's patience"
-    return (
-        f"{why}; best epoch {best.epoch} of {len(state.history)}, validation AU-ROC "
-        f"{best.au_roc:.4f}; {checkpoint}"
-    )
 
 
 def _make(out: Path) -> None:

@@ -6,9 +6,11 @@ import time
 
 from lightning_fabric import Fabric
 
+from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
 from model_zoo.training.data import TrainingData
 from model_zoo.training.history import EpochRecord, best_epoch, is_exhausted
+from model_zoo.training.interruption import Interruption
 from model_zoo.training.labels import SUCCESS
 from model_zoo.training.machine import Machine
 from model_zoo.training.meter import LossMeans, Stopwatch
@@ -45,7 +47,8 @@ class Trainer:
             ZooError: The file is damaged, or of another training.
         """
         self._fabric, self._data, self._recipe = fabric, data, recipe
-        self._machine, self._file = machine, file
+        self._machine, self._file, self._progress = machine, file, progress
+        self._interruption = Interruption()
         batches = len(data.training)
         self.steps = min(recipe.epochs * batches, recipe.most_steps or recipe.epochs * batches)
         model.begin_training(batches)
@@ -54,6 +57,7 @@ class Trainer:
         data.training.resume(self.state.position, data.digest)
         self._reporter = Reporter(fabric, progress, self.state, self.steps)
         self._saved = time.monotonic()
+        _check_warm_up(recipe, self.steps)
 
     @property
     def is_finished(self) -> bool:
@@ -63,14 +67,33 @@ class Trainer:
         return done or is_exhausted(history, self._recipe.patience)
 
     def run(self) -> TrainingState:
-        """Train to the end; the state is saved after every epoch, and as the machine says."""
-        while not self.is_finished:
-            watch, begin = Stopwatch(), time.monotonic()
-            self._train_epoch(watch)
-            watch.stop()
-            self._validate(watch, begin)
-            self._save()
+        """Train to the end; the state is saved after every epoch, and as the machine says.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C; the state is saved first.
+        """
+        try:
+            with self._interruption.listening():
+                while not self.is_finished:
+                    watch, begin = Stopwatch(), time.monotonic()
+                    self._train_epoch(watch)
+                    watch.stop()
+                    self._validate(watch, begin)
+                    self._save()
+        except KeyboardInterrupt:
+            self._stop()
+            raise
         return self.state
+
+    def _stop(self) -> None:
+        """Save and say so; a step that was broken off leaves what was saved before."""
+        if self._interruption.halved:
+            self._progress.finish("stopped within a step; the state saved last stays")
+            return
+        self._save()
+        if self._fabric.is_global_zero:
+            done = f"step {self.state.step} of {self.steps}"
+            self._progress.finish(f"stopped at {done}, saved in {self._file.path}")
 
     def _train_epoch(self, watch: Stopwatch) -> None:
         """Do what is left of an epoch: nothing, if it was interrupted before its validation."""
@@ -79,8 +102,9 @@ class Trainer:
         if state.step >= end:
             return
         for batch in watch.waiting(loader):
-            state.means.add(self._optimisation.step(batch, state.step, self.steps))
-            state.step, state.position = state.step + 1, loader.state()
+            with self._interruption.held():
+                state.means.add(self._optimisation.step(batch, state.step, self.steps))
+                state.step, state.position = state.step + 1, loader.state()
             watch.rows += len(batch[SUCCESS])
             self._reporter.step(watch)
             self._save_if_due()
@@ -90,7 +114,7 @@ class Trainer:
     def _validate(self, watch: Stopwatch, begin: float) -> None:
         state, model = self.state, self._optimisation.model
         means = state.means.means()
-        predictions = predict(self._fabric, model, self._data.validation)
+        predictions = predict(self._fabric, model, self._data.validation, self._progress)
         record = EpochRecord(
             epoch=len(state.history),
             step=state.step,
@@ -101,11 +125,12 @@ class Trainer:
             samples_per_s=self._reporter.rate(watch),
             data_wait_share=watch.wait_share,
         )
-        state.history.append(record)
-        state.means = LossMeans()
-        best = best_epoch(state.history) == record.epoch
-        if best:
-            state.keep_best(model)
+        with self._interruption.held():
+            state.history.append(record)
+            state.means = LossMeans()
+            best = best_epoch(state.history) == record.epoch
+            if best:
+                state.keep_best(model)
         self._reporter.epoch(record, best)
 
     def _save_if_due(self) -> None:
@@ -118,3 +143,12 @@ class Trainer:
         if self._fabric.is_global_zero:
             self._file.write(self.state, self._optimisation.model, self._optimisation.adam)
         self._saved = time.monotonic()
+
+
+def _check_warm_up(recipe: Recipe, steps: int) -> None:
+    if recipe.warm_up_steps >= steps:
+        raise ZooError(
+            f"recipe: warm_up_steps is {recipe.warm_up_steps}, and the whole training has {steps} "
+            "steps, so its learning_rate would never be reached. Set warm_up_steps lower, or train "
+            "longer."
+        )

@@ -15,6 +15,7 @@ from model_zoo.batches import BatchLoader
 from model_zoo.contract import SuccessModel
 from model_zoo.evaluation.metrics import au_roc
 from model_zoo.training.labels import MASK, SUCCESS
+from model_zoo.training.progress import TrainingProgress
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,12 @@ class Predictions:
         return float(np.mean(np.logaddexp(0, logits) - success * logits))
 
 
-def predict(fabric: Fabric, model: SuccessModel, loader: BatchLoader) -> Predictions:
+def predict(
+    fabric: Fabric,
+    model: SuccessModel,
+    loader: BatchLoader,
+    progress: TrainingProgress,
+) -> Predictions:
     """Run the model over all rows, shared by the ranks; it is left in evaluation mode.
 
     The rows come in the same order each time, so that sums over them are the same to the bit.
@@ -62,6 +68,7 @@ def predict(fabric: Fabric, model: SuccessModel, loader: BatchLoader) -> Predict
         fabric: The ranks, and the precision.
         model: Not wrapped.
         loader: With tail ``pad``; it is wound back.
+        progress: Is told of each batch, by rank 0.
 
     Returns:
         The predictions of all rows, on every rank.
@@ -74,6 +81,8 @@ def predict(fabric: Fabric, model: SuccessModel, loader: BatchLoader) -> Predict
             batch = fabric.to_device(loaded)
             with fabric.autocast():
                 logits = model.logits({name: batch[name] for name in model.columns})
+            if fabric.is_global_zero:
+                progress.aside("validation", len(parts) + 1, len(loader))
             parts.append((logits.double(), batch[SUCCESS].bool(), batch[MASK].bool()))
     gathered = [
         _gather(fabric, torch.cat(column), loader.order.rows) for column in zip(*parts, strict=True)

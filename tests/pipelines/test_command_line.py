@@ -215,3 +215,18 @@ def test_the_installed_command() -> None:
     said = subprocess.run([command, "dataset", "info", "missing"], capture_output=True, check=False)
     assert said.returncode == 1
     assert said.stderr.startswith(b"graspe: missing/dataset.json: missing")
+
+
+def test_ctrl_c_says_that_the_same_command_goes_on(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipelines.commands.zoo._machine", interrupted)
+    words = ["graspe", "zoo", "train", "paad", "--data", "data", "--out", "run"]
+    monkeypatch.setattr(sys, "argv", words)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 130
+    assert "graspe: stopped. Run the same command again" in capsys.readouterr().err

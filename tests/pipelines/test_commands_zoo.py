@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -114,8 +115,49 @@ def test_training_and_evaluating_are_commands_of_their_own(
     said = zoo("evaluate", run / "checkpoint", "--data", dataset, "--clean")
     assert said.exit_code == 0, said.output
     assert "AU-ROC" in said.stdout
-    said = zoo("compare", run / "evaluation.json", "--out", tmp_path / "compared")
+    said = zoo("compare", run / "evaluation-clean.json", "--out", tmp_path / "compared")
+    assert said.exit_code == 0, said.output
     assert (tmp_path / "compared" / "comparison.csv").is_file()
+
+
+def test_where_nothing_can_be_written_nothing_is_predicted(dataset: Path, tmp_path: Path) -> None:
+    for out in (tmp_path, tmp_path / "nowhere" / "evaluation.json"):
+        said = zoo("evaluate", tmp_path / "checkpoint", "--data", dataset, "--out", out)
+        assert isinstance(said.exception, ZooError)
+        assert str(said.exception).startswith(f"{out}: ")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--model", "paad", "--model", "graspe"), "graspe needs the column points"),
+        (("--model", "paad", "--model", "paad"), "the run paad-small-0 is asked for twice"),
+        (("--model", "paad", "--split", "nope"), "no rows in the split 'nope'.* test 12"),
+    ],
+)
+def test_a_run_checks_all_before_the_first_step(
+    words: tuple[str, ...], message: str, dataset: Path, recipe: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "runs"
+    said = zoo("run", "--data", dataset, "--out", out, "--recipe", recipe, *words)
+    assert isinstance(said.exception, ZooError)
+    assert re.search(message, str(said.exception))
+    assert not out.exists()
+
+
+def test_a_run_looks_at_all_folders_before_the_first_step(
+    dataset: Path, recipe: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "runs"
+    out.mkdir()
+    words = ("run", "--data", dataset, "--out", out, "--recipe", recipe, "--model", "paad")
+    (out / "comparison").write_text("mine")
+    assert "comparison: found a file" in str(zoo(*words).exception)
+    (out / "comparison").unlink()
+    (out / "paad-small-1").mkdir()
+    (out / "paad-small-1/state.safetensors").write_bytes(b"x")
+    assert "paad-small-1/state.safetensors: a damaged" in str(zoo(*words, "--seeds", 2).exception)
+    assert not (out / "paad-small-0").exists()
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def write_tiny(tmp_path: Path) -> Callable[..., Path]:
             "columns": COLUMNS,
             "recipe": {"epochs": 2, "seed": seed, "optimiser": {"rate": 5e-4}},
             "dataset_digest": "ab" * 32,
-            "metrics": {"au_roc": 0.75, "epoch": 1},
+            "metrics": {"au_roc": 0.75, "epoch": 1, "steps": 7},
             "calibration": Calibration(temperature=2.0, judged=7, loss_before=0.9, loss_after=0.6),
         }
         return write_checkpoint(tmp_path / folder, **(arguments | changed))

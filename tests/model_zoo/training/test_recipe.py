@@ -36,6 +36,23 @@ def test_an_unknown_key_or_name_is_refused(tmp_path: Path) -> None:
         load_recipe("smal")
 
 
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("epochs: true", "epochs: expected a number or a name, found true"),
+        ("weight_decay: 1.0e+300", "weight_decay: .* less than or equal to 1 "),
+        ("learning_rate: 1.0e+30", "learning_rate: .* less than or equal to 10 "),
+        ("batch_size: 100000000000000000000", "batch_size: .* less than or equal to"),
+        ("epochs: 1\nbatch_size: 4\nepochs: 7", "line 3: the key 'epochs' is given twice"),
+    ],
+)
+def test_what_nobody_means_is_refused(tmp_path: Path, text: str, fault: str) -> None:
+    file = tmp_path / "recipe.yaml"
+    file.write_text(text)
+    with pytest.raises(ZooError, match=fault):
+        load_recipe(file)
+
+
 def test_the_rate_rises_then_falls_to_nothing() -> None:
     recipe = Recipe(learning_rate=1.0, schedule="cosine", warm_up_steps=4)
     rates = [learning_rate(recipe, step, 104) for step in range(104)]

@@ -86,6 +86,21 @@ def test_lines_of_steps_are_few_in_a_pipe() -> None:
     assert text.getvalue() == "graspe small: begins\n"
 
 
+def test_what_is_done_beside_the_steps_is_told_in_a_pipe_and_on_a_terminal() -> None:
+    pipe, terminal = io.StringIO(), io.StringIO()
+    for console in (Console(file=pipe), Console(file=terminal, force_terminal=True, width=160)):
+        with ConsoleTrainingProgress(console, line_every_s=0.0) as progress:
+            progress.aside("validation", 1, 2)
+            progress.aside("validation", 2, 2)
+    assert pipe.getvalue() == "[validation 1/2]\n[validation 2/2]\n"
+    with ConsoleTrainingProgress(
+        Console(file=terminal, force_terminal=True, width=160)
+    ) as progress:
+        progress.aside("validation", 1, 2)
+    assert "validation" in terminal.getvalue()
+    assert "1/2" in terminal.getvalue()
+
+
 def test_on_a_terminal_there_is_a_bar() -> None:
     text = io.StringIO()
     console = Console(file=text, force_terminal=True, width=160)

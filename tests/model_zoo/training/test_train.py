@@ -10,7 +10,7 @@ import torch
 from safetensors.torch import load_file
 from torch import Tensor
 
-from graspe_data.errors import ZooError
+from graspe_data.errors import ShardError, ZooError
 from model_zoo.checkpoints.sealed_folder import SEAL_NAME
 from model_zoo.contract import Loss, Observation
 from model_zoo.training.history import EpochRecord
@@ -212,6 +212,19 @@ def test_bad_data_is_refused_before_training(tmp_path: Path, change: Change, tex
     with pytest.raises(ZooError, match=text):
         train_tiny(write_dataset(tmp_path / "bad", splits), tmp_path / "out", model=model)
     assert model.taught == []
+
+
+@pytest.mark.parametrize("name", ["success", "velocity_history"])
+def test_a_damaged_column_is_found_before_training(tmp_path: Path, name: str) -> None:
+    splits = make_splits()
+    folder = write_dataset(tmp_path / "damaged", splits)
+    shard = folder / "train/0.npz"
+    sound = splits["train"][name].tobytes()
+    flipped = bytes([sound[0] ^ 1]) + sound[1:]
+    assert shard.read_bytes().count(sound) == 1
+    shard.write_bytes(shard.read_bytes().replace(sound, flipped))
+    with pytest.raises(ShardError, match=f"{name}: its crc does not match"):
+        train_tiny(folder, tmp_path / "out")
 
 
 def test_a_missing_column_wrong_sizes_and_another_horizon_are_refused(

@@ -1,0 +1,24 @@
+"""What a training came to, in a line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from model_zoo.training.history import best_epoch
+from model_zoo.training.recipe import Recipe
+from model_zoo.training.state import TrainingState
+
+
+def summarise(state: TrainingState, recipe: Recipe, steps: int, checkpoint: Path) -> str:
+    """Why it ended, and its best epoch."""
+    best = state.history[best_epoch(state.history)]
+    if state.step < steps:
+        why = "no better for the recipe's patience"
+    elif steps == recipe.most_steps:
+        why = f"stopped by the recipe's most_steps, {steps}"
+    else:
+        why = "all steps done"
+    return (
+        f"{why}; best of the {len(state.history)} epochs, counted from 0: {best.epoch}, validation "
+        f"AU-ROC {best.au_roc:.4f}; {checkpoint}"
+    )
