@@ -17,6 +17,7 @@ import torch
 from numpy.typing import NDArray
 from sklearn.metrics import roc_auc_score
 
+from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.shards import Dataset
 from graspe_data.simulation.message_stream import START_NS
@@ -27,23 +28,28 @@ from graspe_data.simulation.truth.outlook import arc_success
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from pipelines.candidates.scored_scene import candidate_lattice
 from pipelines.report.row_scene import SCENE_COLUMNS, row_scene
+from planners.arc_distance import free_way
+from planners.body_discs import BodySettings, body_discs
+from planners.obstacles import scan_points
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-HELD = "velocity_history"
+HORIZON_S = 3.0
 
 
 @dataclass(frozen=True)
 class Asked:
     """A row, its candidates drawn, and which of them get through.
 
-    ``row`` index in the split. ``images`` (K, H, W). ``success`` (K, T).
+    ``row`` index in the split. ``images`` (K, H, W). ``success`` (K, T). ``free_s`` (K,): until
+    the candidate meets something in the laser scan, at most the horizon.
     """
 
     row: int
     images: Bools
     success: Bools
+    free_s: Floats
 
 
 @dataclass(frozen=True)
@@ -74,12 +80,12 @@ def main() -> int:
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
     asked = list(scenes(arguments.data, arguments.split, arguments.every, arguments.duration))
-    lines = [HEADING]
+    by_scan = rank(asked, [scene.free_s for scene in asked])
+    lines = [HEADING, _line("free way in the laser scan, no model", by_scan)]
     for path in arguments.checkpoints:
         checkpoint = load_checkpoint(path)
-        ranked = rank(
-            checkpoint, Dataset(arguments.data, arguments.split, _columns(checkpoint)), asked
-        )
+        dataset = Dataset(arguments.data, arguments.split, tuple(checkpoint.model.columns))
+        ranked = rank(asked, [_least(checkpoint, dataset, scene) for scene in asked])
         lines.append(_line(f"{checkpoint.config.model} ({path.parent.name})", ranked))
         sys.stderr.write(lines[-1] + "\n")
     table = "\n".join(lines) + "\n"
@@ -114,7 +120,7 @@ def _of_drive(
     drive = simulate_drive(shorter, robot, seed, threads=1)
     steps = np.rint((stamp_ns - START_NS) / 1e9 / STEP_S).astype(int)
     velocities = candidate_lattice(robot.limits)
-    images = None
+    body, images = body_discs(robot.footprint, BodySettings()), None
     for row, step in zip(rows.tolist(), steps.tolist(), strict=True):
         if images is None:
             images = _drawn(dataset, row, velocities)
@@ -122,7 +128,13 @@ def _of_drive(
         poses = np.broadcast_to(pose, (len(velocities), 3))
         mechanics = scenario.motion.mechanics
         success = arc_success(drive.world, robot, poses, velocities, settings=mechanics)
-        yield Asked(row, images, success)
+        way = free_way(velocities, _scan(dataset, row), body).length
+        yield Asked(row, images, success, np.minimum(way / velocities[:, 0], HORIZON_S))
+
+
+def _scan(dataset: Dataset, row: int) -> Floats:
+    scan = dataset.row(row)["laser_scan"].astype(np.float32)
+    return scan_points(scan, LaserScanSettings().half_angle)
 
 
 def _drawn(dataset: Dataset, row: int, velocities: Floats) -> Bools:
@@ -135,12 +147,12 @@ def _drawn(dataset: Dataset, row: int, velocities: Floats) -> Bools:
     return np.stack([drawing.draw(v, omega) for v, omega in velocities.tolist()])
 
 
-def rank(checkpoint: Checkpoint, dataset: Dataset, asked: Sequence[Asked]) -> Ranking:
-    """Rank the candidates of all scenes; scenes where all or none get through count only pooled."""
-    least, through = [], []
-    for scene in asked:
-        least.append(_least(checkpoint, dataset, scene))
-        through.append(scene.success.all(axis=1))
+def rank(asked: Sequence[Asked], least: Sequence[Floats]) -> Ranking:
+    """Hold the scores (K,) of each scene against the world.
+
+    Scenes where all candidates or none get through count only in ``pooled``.
+    """
+    through = [scene.success.all(axis=1) for scene in asked]
     mixed = [(s, t) for s, t in zip(least, through, strict=True) if t.any() and not t.all()]
     return Ranking(
         pooled=float(roc_auc_score(np.concatenate(through), np.concatenate(least))),
@@ -163,10 +175,6 @@ def _least(checkpoint: Checkpoint, dataset: Dataset, scene: Asked) -> Floats:
     with torch.inference_mode():
         success = torch.sigmoid(model.score(model.encode(held), candidates)).numpy()
     return np.broadcast_to(success.min(axis=1), (len(scene.images),)).astype(np.float64)
-
-
-def _columns(checkpoint: Checkpoint) -> tuple[str, ...]:
-    return tuple(checkpoint.model.columns)
 
 
 HEADING = (
