@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from sklearn.metrics import roc_auc_score
 
 from graspe_data.observation.laser_scan import LaserScanSettings
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.shards import Dataset
 from graspe_data.simulation.message_stream import START_NS
 from graspe_data.simulation.motion.drive import STEP_S
@@ -26,7 +25,7 @@ from graspe_data.simulation.scenario import load_scenario
 from graspe_data.simulation.simulated_drive import simulate_drive
 from graspe_data.simulation.truth.outlook import arc_success
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
-from pipelines.candidates.scored_scene import candidate_lattice
+from pipelines.candidates.scored_scene import candidate_lattice, draw_candidates
 from pipelines.report.row_scene import SCENE_COLUMNS, row_scene
 from planners.arc_distance import free_way
 from planners.body_discs import BodySettings, body_discs
@@ -123,7 +122,7 @@ def _of_drive(
     body, images = body_discs(robot.footprint, BodySettings()), None
     for row, step in zip(rows.tolist(), steps.tolist(), strict=True):
         if images is None:
-            images = _drawn(dataset, row, velocities)
+            images = draw_candidates(row_scene(dataset.index, dataset.row(row)), velocities)
         pose = (*drive.driven.position[step, :2], drive.driven.attitude[step, 2])
         poses = np.broadcast_to(pose, (len(velocities), 3))
         mechanics = scenario.motion.mechanics
@@ -135,16 +134,6 @@ def _of_drive(
 def _scan(dataset: Dataset, row: int) -> Floats:
     scan = dataset.row(row)["laser_scan"].astype(np.float32)
     return scan_points(scan, LaserScanSettings().half_angle)
-
-
-def _drawn(dataset: Dataset, row: int, velocities: Floats) -> Bools:
-    scene = row_scene(dataset.index, dataset.row(row))
-    assert scene.camera is not None
-    robot, horizon = scene.recipe.robot, scene.recipe.dataset.horizon
-    drawing = PredictedTrajectory(
-        *scene.camera, robot.base_height, robot.footprint.width, horizon.steps, horizon.step_s
-    )
-    return np.stack([drawing.draw(v, omega) for v, omega in velocities.tolist()])
 
 
 def rank(asked: Sequence[Asked], least: Sequence[Floats]) -> Ranking:

@@ -75,7 +75,7 @@ def score_row(bundle: Bundle, dataset: Dataset, row: int) -> ScoredScene:
     taken = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
     candidates = {name: batch[name] for name in taken if name in ("r_img", "r_point")}
     if "trajectory_image" in taken:
-        drawn = _drawn(scene, velocities)
+        drawn = draw_candidates(scene, velocities)
         candidates["trajectory_image"] = drawn.astype(taken["trajectory_image"].dtype)
     success = bundle.score(features, candidates)
     return ScoredScene(
@@ -103,7 +103,12 @@ def most_telling(bundle: Bundle, dataset: Dataset) -> ScoredScene:
     return max(scenes, key=lambda scored: float(scored.least.std()))
 
 
-def _drawn(scene: RowScene, velocities: Floats) -> NDArray[np.bool_]:
+def draw_candidates(scene: RowScene, velocities: Floats) -> NDArray[np.bool_]:
+    """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s.
+
+    Raises:
+        PlannerError: The dataset does not keep the camera's calibration.
+    """
     camera, robot = scene.camera, scene.recipe.robot
     if camera is None:
         raise PlannerError(
