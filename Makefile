@@ -65,11 +65,12 @@ dataset: setup
 FIELD ?= field
 TRAINING := meadow woodland thicket yard mixed dusk_woodland
 TESTS := graspe_1_plants graspe_2_hanging_leaves graspe_3_tall_grass graspe_4_low_light
-DRIVES ?= 6
-VALIDATION_DRIVES ?= 2
-TEST_DRIVES ?= 6
+DRIVES ?= 30
+VALIDATION_DRIVES ?= 6
+TEST_DRIVES ?= 16
 DRIVE_S ?= 60
-SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --duration $(DRIVE_S) --format mcap \
+SENSOR_RATE ?= 1
+SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --duration $(DRIVE_S) --sensor-rate $(SENSOR_RATE) --format mcap \
   --out $(FIELD)/recordings --workers $(WORKERS)
 
 field: setup

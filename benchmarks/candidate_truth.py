@@ -1,14 +1,13 @@
 """Do models rank candidates in the same scene as the simulated world would?
 
 A test row has one trajectory, the one that was driven. A planner asks about many in one scene; the
-world knows how each would have ended.
+world knows how each would have ended, and a dataset of the field keeps its answers.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,15 +17,9 @@ from numpy.typing import NDArray
 from sklearn.metrics import roc_auc_score
 
 from graspe_data.observation.laser_scan import LaserScanSettings
+from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
-from graspe_data.simulation.message_stream import START_NS
-from graspe_data.simulation.motion.drive import STEP_S
-from graspe_data.simulation.scenario import load_scenario
-from graspe_data.simulation.simulated_drive import simulate_drive
-from graspe_data.simulation.truth.outlook import arc_success
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
-from pipelines.candidates.scored_scene import candidate_lattice, draw_candidates
-from pipelines.report.row_scene import SCENE_COLUMNS, row_scene
 from planners.arc_distance import free_way
 from planners.body_discs import BodySettings, body_discs
 from planners.obstacles import scan_points
@@ -34,26 +27,13 @@ from planners.obstacles import scan_points
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-HORIZON_S = 3.0
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A row, its candidates drawn, and which of them get through.
-
-    ``row`` index in the split. ``images`` (K, H, W). ``success`` (K, T). ``free_s`` (K,): until
-    the candidate meets something in the laser scan, at most the horizon.
-    """
-
-    row: int
-    images: Bools
-    success: Bools
-    free_s: Floats
+ASKED = ("candidate_velocity", "candidate_image", "candidate_success", "candidate_mask")
+BATCH = 16
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """How a model ranks candidates by min(E).
+    """How candidates are ranked by min(E).
 
     ``pooled``: AU-ROC over all candidates of all scenes. ``within``: the mean over the scenes of
     the AU-ROC among their own candidates. ``first``: share of scenes whose best-scored candidate
@@ -74,18 +54,18 @@ def main() -> int:
     parser.add_argument("checkpoints", type=Path, nargs="+")
     parser.add_argument("--data", type=Path, required=True, help="a dataset of `make field`")
     parser.add_argument("--split", default="validation")
-    parser.add_argument("--every", type=int, default=20, help="of a recording's rows")
-    parser.add_argument("--duration", type=float, default=60.0, help="of the drives, s")
+    parser.add_argument("--every", type=int, default=2, help="row of the split")
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
-    asked = list(scenes(arguments.data, arguments.split, arguments.every, arguments.duration))
-    by_scan = rank(asked, [scene.free_s for scene in asked])
-    lines = [HEADING, _line("free way in the laser scan, no model", by_scan)]
+    rows = np.arange(0, len(Dataset(arguments.data, arguments.split, ASKED)), arguments.every)
+    through = known(arguments.data, arguments.split, rows)
+    free = free_seconds(arguments.data, arguments.split, rows)
+    lines = [HEADING, _line("slow and straight, no sensor", rank(through, free.blind))]
+    lines.append(_line("free way in the laser scan, no model", rank(through, free.scan)))
     for path in arguments.checkpoints:
         checkpoint = load_checkpoint(path)
-        dataset = Dataset(arguments.data, arguments.split, tuple(checkpoint.model.columns))
-        ranked = rank(asked, [_least(checkpoint, dataset, scene) for scene in asked])
-        lines.append(_line(f"{checkpoint.config.model} ({path.parent.name})", ranked))
+        least = least_success(checkpoint, arguments.data, arguments.split, rows)
+        lines.append(_line(f"{checkpoint.config.model} ({path.parent.name})", rank(through, least)))
         sys.stderr.write(lines[-1] + "\n")
     table = "\n".join(lines) + "\n"
     sys.stdout.write(table)
@@ -94,76 +74,80 @@ def main() -> int:
     return 0
 
 
-def scenes(data: Path, split: str, every: int, duration_s: float) -> Iterator[Asked]:
-    """Rows of a split with what the world says of their candidates; the drives are driven anew."""
-    dataset = Dataset(data, split, SCENE_COLUMNS)
-    labels = Dataset(data, split, ("recording", "stamp_ns")).batch(np.arange(len(dataset)))
-    for recording in np.unique(labels["recording"]).tolist():
-        rows = np.flatnonzero(labels["recording"] == recording)
-        rows = rows[np.argsort(labels["stamp_ns"][rows])][::every]
-        name, _, seed = Path(dataset.index.recordings[recording].name).stem.rpartition("-")
-        stamp_ns = labels["stamp_ns"][rows].astype(np.int64)
-        yield from _of_drive(dataset, rows, stamp_ns, name, int(seed), duration_s)
+def known(data: Path, split: str, rows: NDArray[np.int64]) -> Bools:
+    """Whether each candidate gets through to its end, (N, K)."""
+    batch = Dataset(data, split, ("candidate_success", "candidate_mask")).batch(rows)
+    if not batch["candidate_mask"].all():
+        raise SystemExit(f"{data}: rows without candidates")
+    return np.asarray(batch["candidate_success"].astype(bool).all(axis=2))
 
 
-def _of_drive(
-    dataset: Dataset,
-    rows: NDArray[np.int64],
-    stamp_ns: NDArray[np.int64],
-    name: str,
-    seed: int,
-    duration_s: float,
-) -> Iterator[Asked]:
-    scenario, robot = load_scenario(name)
-    shorter = scenario.model_copy(update={"duration_s": duration_s})
-    drive = simulate_drive(shorter, robot, seed, threads=1)
-    steps = np.rint((stamp_ns - START_NS) / 1e9 / STEP_S).astype(int)
-    velocities = candidate_lattice(robot.limits)
-    body, images = body_discs(robot.footprint, BodySettings()), None
-    for row, step in zip(rows.tolist(), steps.tolist(), strict=True):
-        if images is None:
-            images = draw_candidates(row_scene(dataset.index, dataset.row(row)), velocities)
-        pose = (*drive.driven.position[step, :2], drive.driven.attitude[step, 2])
-        poses = np.broadcast_to(pose, (len(velocities), 3))
-        mechanics = scenario.motion.mechanics
-        success = arc_success(drive.world, robot, poses, velocities, settings=mechanics)
-        way = free_way(velocities, _scan(dataset, row), body).length
-        yield Asked(row, images, success, np.minimum(way / velocities[:, 0], HORIZON_S))
+@dataclass(frozen=True)
+class References:
+    """What ranks without a model, (N, K): the laser scan, and nothing but the velocity."""
+
+    scan: Floats
+    blind: Floats
 
 
-def _scan(dataset: Dataset, row: int) -> Floats:
-    scan = dataset.row(row)["laser_scan"].astype(np.float32)
-    return scan_points(scan, LaserScanSettings().half_angle)
+def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> References:
+    """Seconds until the candidate meets something in the scan, at most the horizon's."""
+    dataset = Dataset(data, split, ("laser_scan", "candidate_velocity"))
+    settings = dataset.index.configuration
+    robot = Robot.model_validate(settings["robot"])
+    body = body_discs(robot.footprint, BodySettings())
+    batch = dataset.batch(rows)
+    velocities = batch["candidate_velocity"].astype(np.float64)
+    half = LaserScanSettings().half_angle
+    free = [
+        free_way(asked, scan_points(scan.astype(np.float32), half), body).length / asked[:, 0]
+        for asked, scan in zip(velocities, batch["laser_scan"], strict=True)
+    ]
+    horizon = settings["dataset"]["horizon"]  # type: ignore[call-overload,index]
+    longest = float(horizon["steps"]) * float(horizon["step_s"])  # type: ignore[index,arg-type,call-overload]
+    blind = -velocities[..., 0] - np.abs(velocities[..., 1])
+    return References(np.minimum(np.stack(free), longest), blind)
 
 
-def rank(asked: Sequence[Asked], least: Sequence[Floats]) -> Ranking:
-    """Hold the scores (K,) of each scene against the world.
+def rank(through: Bools, least: Floats) -> Ranking:
+    """Hold the scores (N, K) against the world.
 
     Scenes where all candidates or none get through count only in ``pooled``.
     """
-    through = [scene.success.all(axis=1) for scene in asked]
-    mixed = [(s, t) for s, t in zip(least, through, strict=True) if t.any() and not t.all()]
+    mixed = [
+        (score, truth)
+        for score, truth in zip(least, through, strict=True)
+        if truth.any() and not truth.all()
+    ]
     return Ranking(
-        pooled=float(roc_auc_score(np.concatenate(through), np.concatenate(least))),
+        pooled=float(roc_auc_score(through.ravel(), least.ravel())),
         within=float(np.mean([roc_auc_score(t, s) for s, t in mixed])),
         first=float(np.mean([t.take(np.argmax(s)) for s, t in mixed])),
         chance=float(np.mean([t.mean() for _, t in mixed])),
-        spread=float(np.mean([s.std() for s in least])),
+        spread=float(least.std(axis=1).mean()),
         scenes=len(mixed),
     )
 
 
-def _least(checkpoint: Checkpoint, dataset: Dataset, scene: Asked) -> Floats:
-    """min(E) of each candidate, (K,)."""
+def least_success(
+    checkpoint: Checkpoint, data: Path, split: str, rows: NDArray[np.int64]
+) -> Floats:
+    """min(E) of each candidate, (N, K); the same for all of a scene where no trajectory is read."""
     model = checkpoint.model.eval()
-    columns = {name: torch.from_numpy(array) for name, array in dataset.batch([scene.row]).items()}
-    held = {name: columns[name] for name in model.scene_columns}
-    candidates = {name: columns[name] for name in model.candidate_columns if name in columns}
-    if "trajectory_image" in candidates:
-        candidates["trajectory_image"] = torch.from_numpy(scene.images)
-    with torch.inference_mode():
-        success = torch.sigmoid(model.score(model.encode(held), candidates)).numpy()
-    return np.broadcast_to(success.min(axis=1), (len(scene.images),)).astype(np.float64)
+    drawn = "trajectory_image" in model.candidate_columns
+    columns = tuple(name for name in model.columns if name != "trajectory_image")
+    dataset = Dataset(data, split, (*columns, "candidate_image"))
+    found = []
+    for start in range(0, len(rows), BATCH):
+        batch = dataset.batch(rows[start : start + BATCH])
+        held = {name: torch.from_numpy(batch[name]) for name in columns}
+        images = torch.from_numpy(batch["candidate_image"])
+        scenes, number = images.shape[:2]
+        observation = held | ({"trajectory_image": images.flatten(0, 1)} if drawn else {})
+        with torch.inference_mode():
+            scores = torch.sigmoid(model.logits(observation)).min(dim=1).values
+        found.append(scores.view(scenes, -1).expand(-1, number).double().numpy())
+    return np.concatenate(found)
 
 
 HEADING = (

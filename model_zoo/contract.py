@@ -15,6 +15,9 @@ from model_zoo.masked_cross_entropy import masked_cross_entropy
 Observation = Mapping[str, Tensor]
 """Columns of B rows as they lie in a dataset, by name; see the README's table of columns."""
 
+DRIVEN = "trajectory_image"
+"""The column that differs between the candidates in a scene."""
+
 Features = dict[str, Tensor]
 """What a model makes of a scene, by name: each (B, ...)."""
 
@@ -63,9 +66,26 @@ class SuccessModel(nn.Module, ABC):
         """The columns that :meth:`encode` reads."""
         return tuple(name for name in self.columns if name not in self.candidate_columns)
 
+    def score_each(self, features: Features, observation: Observation) -> Tensor:
+        """Log-odds of success, float32 (B n, T), of n candidates in each of B scenes.
+
+        Args:
+            features: Of B scenes.
+            observation: The columns of candidates: ``trajectory_image`` has B n rows, scene by
+                scene, the others B.
+        """
+        candidates = {name: observation[name] for name in self.candidate_columns}
+        scenes = len(next(iter(features.values())))
+        number = len(candidates.get(DRIVEN, ())) // scenes or 1
+        if number > 1:
+            features = _repeat(features, number)
+            shared = {name: candidates[name] for name in candidates if name != DRIVEN}
+            candidates |= _repeat(shared, number)
+        return self.score(features, candidates)
+
     def logits(self, observation: Observation) -> Tensor:
         """Log-odds of success, float32 (B, T), of a candidate in each of B scenes."""
-        return self.score(self.encode(observation), observation)
+        return self.score_each(self.encode(observation), observation)
 
     def forward(self, observation: Observation) -> Tensor:
         """Probabilities of success, (B, T), 1 = success."""
@@ -78,9 +98,15 @@ class SuccessModel(nn.Module, ABC):
         """What training minimises: by default the cross-entropy of the judged steps.
 
         Args:
-            observation: The model's columns.
-            success: float32 (B, T), 1 = success.
-            mask: bool (B, T); steps that are not judged do not count.
-            weight: float32 (B,), of each row.
+            observation: The model's columns of B rows; of ``trajectory_image`` n for each, row by
+                row, where labels are for as many.
+            success: float32 (B n, T), 1 = success.
+            mask: bool (B n, T); steps that are not judged do not count.
+            weight: float32 (B n,), of each trajectory.
         """
         return Loss(masked_cross_entropy(self.logits(observation), success, mask, weight))
+
+
+def _repeat(columns: Mapping[str, Tensor], number: int) -> Features:
+    """Each row ``number`` times, one after another."""
+    return {name: column.repeat_interleave(number, dim=0) for name, column in columns.items()}

@@ -115,6 +115,15 @@ class SplitSettings(Settings):
         return None
 
 
+class CandidateSettings(Settings):
+    """Optional columns: other trajectories than the driven one, and how the world says they end."""
+
+    topic: str = "/truth/candidates"
+    """Where a simulated recording says it."""
+    count: Annotated[int, Field(ge=1, le=64)] = 8
+    """Candidates that a row keeps."""
+
+
 class StorageSettings(Settings):
     """How rows lie on disk; changes no content."""
 
@@ -138,6 +147,8 @@ class DatasetManifest(Settings):
     """Of the optional column; ignored without it."""
     image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
     point_reliability: PointReliabilitySettings = PointReliabilitySettings()
+    candidates: CandidateSettings | None = None
+    """Only simulated recordings know them; null leaves the columns out."""
     proposals: ProposalSettings = ProposalSettings()
     labels: LabelRules = LabelRules()
     clocks: ClockSettings = ClockSettings()

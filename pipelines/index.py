@@ -65,8 +65,9 @@ def dataset_index(
     shards: dict[str, list[ShardFile]],
 ) -> DatasetIndex:
     """The content of ``dataset.json``, but for its digest."""
-    # Without the column its settings decide nothing, so the digest does not depend on them.
+    # Without their columns these settings decide nothing, so the digest does not depend on them.
     unused = set() if recipe.dataset.intensity_layers else {"intensity_map"}
+    unused |= set() if recipe.dataset.candidates else {"candidates"}
     dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"} | unused)
     losses = sum((Counter(entry.losses) for entry in entries), Counter[str]())
     return DatasetIndex(

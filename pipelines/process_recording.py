@@ -12,6 +12,7 @@ from graspe_data.recordings import recording_digest
 from pipelines.commit import committed_folder
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.stage import StageRecord, read_record, stage_folder
+from pipelines.stages.candidates import candidates, candidates_key
 from pipelines.stages.extract import ExtractRecord, extract, extract_key
 from pipelines.stages.label import LabelRecord, find_annotation, label, label_key
 from pipelines.stages.reliability import reliability, reliability_key
@@ -107,5 +108,14 @@ def _stages(task: RecordingTask, digest: str) -> Episode:
         LabelRecord,
         lambda folder: label(dataset, extracted, annotation, episode, folder),
     )
-    records = {record.stage: record for record in (extracted, reliable, drawn, labelled)}
+    done: list[StageRecord] = [extracted, reliable, drawn, labelled]
+    if (asked := dataset.candidates) is not None:
+        answered = run(
+            "candidates",
+            candidates_key(recipe, asked, extracted),
+            StageRecord,
+            lambda folder: candidates(task.path, recipe, asked, extracted, episode, folder),
+        )
+        done.append(answered)
+    records = {record.stage: record for record in done}
     return Episode(task.path, digest, extracted, labelled, records, folders, tuple(done_now))

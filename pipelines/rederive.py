@@ -19,12 +19,13 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, re
 from graspe_data.shards.stored_columns import decode_rows
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import StoredColumn, whole_column
+from pipelines.stages.candidates import candidates
 from pipelines.stages.extract import extract
 from pipelines.stages.label import LabelRecord, find_annotation, label
 from pipelines.stages.reliability import reliability
 from pipelines.stages.trajectory import trajectory
 
-STAGES = ("extract", "reliability", "trajectory", "label")
+STAGES = ("extract", "reliability", "trajectory", "candidates", "label")
 
 
 @dataclass(frozen=True)
@@ -164,6 +165,8 @@ def _derive(
     episode = folders["extract"]
     reliability(dataset, extracted, episode, folders["reliability"])
     trajectory(recipe, extracted, episode, folders["trajectory"])
+    if (asked := dataset.candidates) is not None:
+        candidates(path, recipe, asked, extracted, episode, folders["candidates"])
     annotation = find_annotation(path, entry.digest)
     return label(dataset, extracted, annotation, episode, folders["label"])
 

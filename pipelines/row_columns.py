@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from graspe_data.columns import Column
+from graspe_data.columns import Codec, Column
 from graspe_data.observation.intensity_map import LayerSettings
-from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
+from pipelines.dataset_settings import CandidateSettings, DatasetManifest, DatasetRecipe
 
 # Name, dtype, unit, frame, meaning.
 EXTRACTED = (
@@ -124,6 +124,46 @@ def trajectory_columns(manifest: DatasetManifest) -> list[Column]:
     ]
 
 
+def candidate_columns(manifest: DatasetManifest, settings: CandidateSettings) -> list[Column]:
+    """The optional columns of the candidates stage."""
+    count, image = settings.count, manifest.image
+    said: tuple[tuple[str, str, tuple[int, ...], str, str, str, Codec], ...] = (
+        ("velocity", "float32", (2,), "m/s, rad/s", "base_link", "v and omega, held", "raw"),
+        (
+            "image",
+            "uint8",
+            (image.height, image.width),
+            "",
+            "camera",
+            "ground covered by the candidate, 1 inside",
+            "packed_bits",
+        ),
+        (
+            "success",
+            "uint8",
+            (manifest.horizon.steps,),
+            "",
+            "",
+            "1 success in the simulated world, 0 from the first failing step on",
+            "raw",
+        ),
+        ("mask", "bool", (), "", "", "the world was asked about this candidate", "raw"),
+    )
+    return [
+        Column(
+            name=f"candidate_{name}",
+            dtype=dtype,
+            shape=(count, *shape),
+            unit=unit,
+            frame=frame,
+            meaning=meaning,
+            stage="candidates",
+            codec=codec,
+        )
+        for name, dtype, shape, unit, frame, meaning, codec in said
+    ]
+
+
 def label_columns(manifest: DatasetManifest) -> list[Column]:
     """The columns of the label stage."""
     shape = (manifest.horizon.steps,)
@@ -153,6 +193,7 @@ def row_columns(recipe: DatasetRecipe) -> list[Column]:
         *extract_columns(recipe),
         *reliability_columns(),
         *trajectory_columns(manifest),
+        *(candidate_columns(manifest, asked) if (asked := manifest.candidates) else ()),
         *label_columns(manifest),
         provenance_column(),
     ]

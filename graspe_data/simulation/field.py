@@ -12,6 +12,7 @@ from graspe_data.robot import Robot
 from graspe_data.simulation.camera.camera import Camera
 from graspe_data.simulation.camera.light import draw_light
 from graspe_data.simulation.lidar.lidar import Lidar
+from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.motion.footprint import clearance
 from graspe_data.simulation.occlusions import Covers, draw_covers
 from graspe_data.simulation.ray_scene import RayScene
@@ -31,6 +32,15 @@ class Field:
     camera: Camera
     lidar: Lidar
     covers: Covers
+
+    @property
+    def lidar_phase(self) -> int:
+        """Steps from a picture to the turn of the lidar that is published next.
+
+        A lidar turns freely: its phase to the camera is another in every recording.
+        """
+        turn = round(1 / self.scenario.lidar.rotation_rate / STEP_S)
+        return int(part_generator(self.scenario, self.seed, "lidar phase").integers(turn))
 
 
 def build_field(

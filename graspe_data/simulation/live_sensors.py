@@ -39,8 +39,7 @@ class LiveSensors:
         self._picture_every, self._cloud_every = (
             round(1 / rate / STEP_S) for rate in (scenario.camera.rate, scenario.lidar.rate)
         )
-        phase = part_generator(scenario, field.seed, "lidar phase")
-        self._phase = int(phase.integers(self._cloud_every))
+        self._phase = field.lidar_phase
         self._turn_s = 1 / scenario.lidar.rotation_rate
         self._picture: tuple[int, Picture] | None = None
         self._cloud: tuple[int, PointCloud] | None = None

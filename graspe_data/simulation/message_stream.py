@@ -53,9 +53,6 @@ class MessageStream:
             part: part_generator(simulated.scenario, simulated.seed, part)
             for part in ("camera", "lidar", "imu")
         }
-        # A lidar turns freely: its phase to the camera is another in every recording.
-        phase = part_generator(simulated.scenario, simulated.seed, "lidar phase")
-        self._phase = int(phase.integers(_period(simulated.scenario.lidar.rate)))
 
     def __iter__(self) -> Iterator[Message]:
         """Make the messages one after another."""
@@ -84,8 +81,9 @@ class MessageStream:
             (topics.image, camera, 21 * MILLISECOND, self._picture),
             (topics.points, lidar, turn_ns + 5 * MILLISECOND, self._cloud),
         ]
+        phase = self._simulated.lidar_phase
         return [
-            _Source(topic, rate, delay, make, self._phase if topic == topics.points else 0)
+            _Source(topic, rate, delay, make, phase if topic == topics.points else 0)
             for topic, rate, delay, make in asked
             if topic is not None
         ]

@@ -21,6 +21,7 @@ from graspe_data.recordings import open_recording, recording_digest
 SCENARIO_TOPIC = "/truth/scenario"
 EVENTS_TOPIC = "/truth/events"
 TRAJECTORIES_TOPIC = "/truth/trajectories"
+CANDIDATES_TOPIC = "/truth/candidates"
 HEADING = """\
 # What really happened in one simulated recording, in the format of labels files. Nothing reads it
 # by itself: copied to <recording>.labels.yaml, it is as if a person had seen everything.

@@ -6,7 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from graspe_data.known_outcomes import KnownOutcomes
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
 from graspe_data.robot import Robot
 from graspe_data.simulation.field import part_generator
@@ -14,6 +16,7 @@ from graspe_data.simulation.message_stream import START_NS, MessageStream, stamp
 from graspe_data.simulation.messages import Messages
 from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.recorded_truth import (
+    CANDIDATES_TOPIC,
     EVENTS_TOPIC,
     SCENARIO_TOPIC,
     TRAJECTORIES_TOPIC,
@@ -24,10 +27,12 @@ from graspe_data.simulation.recorded_truth import (
 from graspe_data.simulation.scenario import Scenario
 from graspe_data.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from graspe_data.simulation.truth.events import true_events
-from graspe_data.simulation.truth.outlook import anchor_success
+from graspe_data.simulation.truth.outlook import anchor_success, candidate_success
 
 ARC_STEPS = 10
 ARC_STEP_S = 0.3
+CANDIDATES = 8
+SLOWEST_SHARE = 0.25
 JITTER_NS = 2_000_000
 
 
@@ -79,7 +84,7 @@ def record_drive(
     """
     scenario, topics = simulated.scenario, simulated.robot.topics
     truth = _truth(simulated)
-    arcs = iter(truth.trajectory_texts())
+    arcs, candidates = iter(truth.trajectory_texts()), iter(_outcomes(simulated).texts())
     text = Messages(simulated.robot).text
     jitter = part_generator(scenario, simulated.seed, "jitter")
     with RecordingWriter(path, container, compression) as writer:
@@ -90,6 +95,7 @@ def record_drive(
             writer.write(message.topic, message.content, message.stamp_ns + late)
             if message.topic == topics.image:
                 writer.write(TRAJECTORIES_TOPIC, text(next(arcs)), message.stamp_ns)
+                writer.write(CANDIDATES_TOPIC, text(next(candidates)), message.stamp_ns)
         writer.write(EVENTS_TOPIC, text(truth.events_text()), _end_ns(simulated))
     write_truth_annotation(path, truth, START_NS)
     return truth
@@ -97,9 +103,7 @@ def record_drive(
 
 def _truth(simulated: SimulatedDrive) -> RecordedTruth:
     """The drive's failures, and how the arc of every picture would have ended."""
-    driven = simulated.driven
-    every = round(1 / simulated.scenario.camera.rate / STEP_S)
-    steps = np.arange(0, len(driven.time_s), every)
+    driven, steps = simulated.driven, _pictures(simulated)
     success = anchor_success(
         simulated.world,
         simulated.robot,
@@ -116,6 +120,33 @@ def _truth(simulated: SimulatedDrive) -> RecordedTruth:
     return RecordedTruth(
         events, np.array([stamp_of(int(step)) for step in steps]), success, ARC_STEP_S
     )
+
+
+def _outcomes(simulated: SimulatedDrive) -> KnownOutcomes:
+    """Candidates forward, drawn from the robot's limits, and how each would have ended."""
+    steps, limits = _pictures(simulated), simulated.robot.limits
+    drawn = part_generator(simulated.scenario, simulated.seed, "candidates")
+    fastest, shape = limits.linear_velocity[1], (len(steps), CANDIDATES)
+    linear = drawn.uniform(SLOWEST_SHARE * fastest, fastest, shape)
+    velocities = np.stack([linear, drawn.uniform(*limits.yaw_rate, shape)], axis=2).round(4)
+    success = candidate_success(
+        simulated.world,
+        simulated.robot,
+        simulated.driven,
+        steps,
+        velocities,
+        ARC_STEPS,
+        ARC_STEP_S,
+        simulated.scenario.motion.mechanics,
+    )
+    stamps = np.array([stamp_of(int(step)) for step in steps])
+    return KnownOutcomes(stamps, velocities, success, ARC_STEP_S)
+
+
+def _pictures(simulated: SimulatedDrive) -> NDArray[np.intp]:
+    """The steps at which the camera takes a picture."""
+    every = round(1 / simulated.scenario.camera.rate / STEP_S)
+    return np.arange(0, len(simulated.driven.time_s), every)
 
 
 def _end_ns(simulated: SimulatedDrive) -> int:

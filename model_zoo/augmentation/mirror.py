@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 _PICTURES = ("image", "trajectory_image")
+_CANDIDATES = "candidate_image"
 
 
 def mirror(batch: dict[str, Tensor], rows: NDArray[np.bool_] | Tensor) -> dict[str, Tensor]:
@@ -34,6 +35,9 @@ def mirror(batch: dict[str, Tensor], rows: NDArray[np.bool_] | Tensor) -> dict[s
         if name in batch:
             mirrored[name] = batch[name].clone()
             _flip(mirrored[name].numpy(), index)
+    if _CANDIDATES in batch:
+        mirrored[_CANDIDATES] = batch[_CANDIDATES].clone()
+        mirrored[_CANDIDATES][index] = batch[_CANDIDATES][index].flip(-1)
     if "points" in batch:
         mirrored["points"] = _negated(batch["points"], index, component=1)
     if "velocity_history" in batch:

@@ -55,7 +55,7 @@ class GraspeFamily(SuccessModel):
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
         features, transform = self.encoders.scene(observation)
-        logits = self.score(features, observation)
+        logits = self.score_each(features, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
             return Loss(entropy)

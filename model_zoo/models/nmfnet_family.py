@@ -47,7 +47,7 @@ class NmfnetFamily(SuccessModel):
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
         vector, transform = self.scene(observation)
-        logits = self.score({"scene_features": vector}, observation)
+        logits = self.score_each({"scene_features": vector}, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
             return Loss(entropy)

@@ -140,14 +140,15 @@ class Paad(SuccessModel):
         ranges = self._ranges(observation)
         codes = self.scan.encode(ranges)
         sampled = codes.sample() if self.training else codes.mean
-        failure = -self.score(self._features(observation, codes), observation).float()
+        failure = -self.score_each(self._features(observation, codes), observation).float()
         entropy = binary_cross_entropy_with_logits(failure, 1 - success, reduction="none")
-        parts = {
-            "reconstruction": self.scan.reconstruction_error(ranges, sampled),
-            "divergence": codes.divergence(),
-            "cross_entropy": (entropy * mask).sum(dim=1),
+        scan_weight = weight.view(len(ranges), -1).mean(dim=1)
+        reconstruction = self.scan.reconstruction_error(ranges, sampled)
+        means = {
+            "reconstruction": _mean(reconstruction, scan_weight),
+            "divergence": _mean(codes.divergence(), scan_weight),
+            "cross_entropy": _mean((entropy * mask).sum(dim=1), weight),
         }
-        means = {name: _mean(rows, weight) for name, rows in parts.items()}
         scan = means["reconstruction"] + means["divergence"]
         return Loss(scan + self.alpha * means["cross_entropy"], means)
 

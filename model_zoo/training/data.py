@@ -16,6 +16,7 @@ from model_zoo.augmentation.sensor_settings import sensor_settings
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
+from model_zoo.training.candidates import candidate_columns
 from model_zoo.training.check_values import check_values
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
 from model_zoo.training.chosen_rows import ChosenRows, choose_rows
@@ -92,9 +93,10 @@ def _training(
 ) -> BatchLoader:
     asked = recipe.augmentation
     augmentation = None if asked is None else sensor_settings(index, asked)
-    preparation = Preparation(augmentation, recipe.seed)
+    preparation = Preparation(augmentation, recipe.seed, recipe.candidates)
     offered = [column.name for column in index.columns]
-    columns = (*preparation.columns(model.columns, offered), *LABEL_COLUMNS)
+    others = candidate_columns(model, recipe.candidates, offered, str(folder))
+    columns = (*preparation.columns(model.columns, offered), *LABEL_COLUMNS, *others)
     rows = choose_rows(labels, recipe.balance)
     _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(folder))
     return BatchLoader(

@@ -7,7 +7,8 @@ from lightning_fabric import Fabric
 from torch import Tensor, nn
 
 from model_zoo.batches import Batch
-from model_zoo.contract import Observation, SuccessModel
+from model_zoo.contract import DRIVEN, Observation, SuccessModel
+from model_zoo.training.candidates import ASKED, join_candidates
 from model_zoo.training.labels import MASK, SUCCESS
 from model_zoo.training.learning_rate import learning_rate
 from model_zoo.training.recipe import Recipe
@@ -62,9 +63,12 @@ class Optimisation:
 
     def _arguments(self, batch: Batch) -> tuple[Observation, Tensor, Tensor, Tensor]:
         """The model's columns alone, labels, mask and weights."""
-        success, mask = batch[SUCCESS].float(), batch[MASK].bool()
         observation = {name: batch[name] for name in self.model.columns}
-        return observation, success, mask, self._weights.of(success, mask)
+        if ASKED not in batch:
+            success, mask = batch[SUCCESS].float(), batch[MASK].bool()
+            return observation, success, mask, self._weights.of(success, mask)
+        observation[DRIVEN], success, mask, share = join_candidates(batch)
+        return observation, success, mask, self._weights.of(success, mask) * share
 
 
 class _LossModule(nn.Module):

@@ -9,6 +9,7 @@ from model_zoo.augmentation.augment import augment, columns_needed
 from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 from model_zoo.batches import Batch
+from model_zoo.training.candidates import ASKED, draw_candidates
 from model_zoo.training.chosen_rows import MIRRORED
 
 
@@ -19,18 +20,22 @@ class Preparation:
     Attributes:
         augmentation: None leaves rows as they are, but for those marked ``mirrored``.
         seed: The recipe's.
+        candidates: How many each row keeps, where it has some.
     """
 
     augmentation: AugmentationSettings | None
     seed: int
+    candidates: int = 0
 
     def __call__(self, batch: Batch, number: int) -> Batch:
-        """Mirror the marked rows and drop the mark, then augment.
+        """Draw candidates, mirror the marked rows and drop the mark, then augment.
 
         Args:
             batch: Columns of the same rows.
             number: Of the batch, its own among those of all ranks.
         """
+        if ASKED in batch:
+            batch = draw_candidates(batch, self.candidates, self.seed, number)
         if MIRRORED in batch:
             marked = batch[MIRRORED]
             batch = mirror({key: batch[key] for key in batch if key != MIRRORED}, marked)

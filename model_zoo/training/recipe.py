@@ -32,6 +32,8 @@ class Recipe(Settings):
         warm_up_steps: Steps over which the learning rate rises from zero.
         balance: Rows that fail against rows that do not: ``rows`` weighs both alike in the loss,
             ``resample`` takes PAAD's choice of rows, ``none`` leaves them as they are.
+        candidates: Trajectories of each row beside the driven one, drawn at each step from those
+            whose outcome a simulated dataset knows; models without a trajectory take none.
         augmentation: How often which rows are mirrored and which sensors fail; ``{}`` takes its
             defaults, None leaves rows as they are.
         patience: Epochs without a better validation AU-ROC after which training stops; None
@@ -49,6 +51,7 @@ class Recipe(Settings):
     schedule: Literal["constant", "cosine"] = "constant"
     warm_up_steps: Annotated[int, Field(ge=0, le=10**9)] = 0
     balance: Balance = "rows"
+    candidates: Annotated[int, Field(ge=0, le=64)] = 0
     augmentation: AugmentationSettings | None = None
     patience: Count | None = 10
     precision: Literal["float32", "bf16"] = "float32"

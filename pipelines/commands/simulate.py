@@ -40,19 +40,21 @@ def simulate(
     duration: Annotated[
         float | None, typer.Option(min=1, help="Seconds, instead of the scenario's.")
     ] = None,
+    sensor_rate: Annotated[
+        float | None, typer.Option(help="Pictures and clouds in a second, instead of its own.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Record simulated drives of a scenario; run again, those that are there stay.
 
-    What really happened is on the topics /truth/events and /truth/trajectories.
+    What really happened is on the topics /truth/events and /truth/trajectories, and what would
+    have happened on other arcs on /truth/candidates.
     """
     one_thread()
     with needing_open3d("graspe simulate"):
         from pipelines import simulate as simulation  # noqa: PLC0415  (Open3D is slow to load)
     chosen, robot = load_scenario(scenario)
-    if duration is not None:
-        content = chosen.model_dump() | {"duration_s": duration}
-        chosen = validate(content, Scenario, f"{scenario} --duration {duration:g}")
+    chosen = _changed(chosen, scenario, duration, sensor_rate)
     simulations = [
         simulation.Simulation(chosen, robot, each, container.value)
         for each in range(seed, seed + recordings)
@@ -63,6 +65,18 @@ def simulate(
         typer.echo(json.dumps([asdict(item) for item in done], indent=2, default=str))
     else:
         _print(done, chosen.duration_s)
+
+
+def _changed(
+    chosen: Scenario, name: str, duration: float | None, sensor_rate: float | None
+) -> Scenario:
+    content, said = chosen.model_dump(), name
+    if duration is not None:
+        content["duration_s"], said = duration, f"{said} --duration {duration:g}"
+    if sensor_rate is not None:
+        content["camera"]["rate"] = content["lidar"]["rate"] = sensor_rate
+        said = f"{said} --sensor-rate {sensor_rate:g}"
+    return validate(content, Scenario, said)
 
 
 def _print(done: list[Simulated], duration_s: float) -> None:

@@ -154,3 +154,18 @@ def test_another_horizon_or_no_truth_is_refused(scenario: Path, tmp_path: Path) 
     said = graspe("label", "score", tmp_path / "out", "--recipe", rules)
     assert said.exit_code == 3
     assert "the dataset's horizon has 2 of 0.2 s" in said.stderr
+
+
+def test_another_rate_of_the_sensors_is_recorded_and_makes_rows(
+    scenario: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    said = simulate(scenario, out, "--sensor-rate", 1, "--duration", 4)
+    assert said.exit_code == 0, said.output
+    told = json.loads(graspe("inspect", out / "yard-0.bag", "--json").stdout)
+    assert "no image has a cloud" not in json.dumps(told)
+    again = simulate(scenario, out, "--duration", 4)
+    assert again.exit_code == 1
+    wrong = simulate(scenario, tmp_path / "other", "--sensor-rate", 3)
+    assert wrong.exit_code == 1
+    assert "--sensor-rate 3" in str(wrong.exception)

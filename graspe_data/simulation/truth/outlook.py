@@ -67,8 +67,36 @@ def anchor_success(
     over a rock, does not succeed by standing still.
     """
     index = np.clip(np.rint(times_s / STEP_S).astype(np.intp), 0, len(drive.time_s) - 1)
-    poses = np.column_stack([drive.position[index, :2], drive.attitude[index, 2]])
-    success = arc_success(world, robot, poses, drive.velocity[index], steps, step_s, settings)
-    stamps = np.rint(drive.time_s[index] * 1e9).astype(np.int64)
+    velocities = drive.velocity[index][:, None]
+    return candidate_success(world, robot, drive, index, velocities, steps, step_s, settings)[:, 0]
+
+
+def candidate_success(
+    world: World,
+    robot: Robot,
+    drive: Drive,
+    moments: NDArray[np.intp],
+    velocities: Floats,
+    steps: int = 10,
+    step_s: float = 0.3,
+    settings: MechanicsSettings | None = None,
+) -> NDArray[np.bool_]:
+    """As ``anchor_success``, of candidates in the robot's place, bool (P, K, steps).
+
+    Args:
+        world: Obstacles.
+        robot: Its footprint.
+        drive: Where the robot was, and when it failed.
+        moments: Steps of the drive, (P,).
+        velocities: (P, K, 2) v and omega, m/s and rad/s.
+        steps: Steps of an arc.
+        step_s: Seconds of a step.
+        settings: How contact acts.
+    """
+    pictures, number, _ = velocities.shape
+    poses = np.column_stack([drive.position[moments, :2], drive.attitude[moments, 2]])
+    asked = np.repeat(poses, number, axis=0), velocities.reshape(-1, 2)
+    success = arc_success(world, robot, *asked, steps, step_s, settings)
+    stamps = np.rint(drive.time_s[moments] * 1e9).astype(np.int64)
     failing = touches(*bounds_ns(true_events(drive)), stamps - 1, stamps)
-    return success & ~failing[:, None]
+    return success.reshape(pictures, number, steps) & ~failing[:, None, None]

@@ -16,7 +16,7 @@ from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.motion.footprint import clearance
 from graspe_data.simulation.motion.walker import advance
 from graspe_data.simulation.truth.events import true_events
-from graspe_data.simulation.truth.outlook import anchor_success, arc_success
+from graspe_data.simulation.truth.outlook import anchor_success, arc_success, candidate_success
 from graspe_data.simulation.world.obstacles import Obstacle, Obstacles
 from graspe_data.simulation.world.world import World
 
@@ -172,3 +172,17 @@ def test_while_the_robot_is_held_no_step_of_an_anchor_succeeds(
     assert not success[held].any()
     assert success[times > 7.0].all()
     assert (np.diff(success.astype(int), axis=1) <= 0).all()
+
+
+def test_a_candidate_of_the_driven_velocity_ends_as_the_anchor_does(
+    world_of: WorldOf, scripted: DriveOf, spot: Robot
+) -> None:
+    world = world_of(disc(2.0, 0.0, 0.3, "stops"))
+    drive = scripted(world, [Leg(6.0, 0.5, 0.0), Leg(3.0, -0.4, 0.0)])
+    moments = np.arange(0, len(drive.time_s), 25)
+    driven = drive.velocity[moments]
+    aside = np.broadcast_to((0.5, 0.6), driven.shape)
+    both = candidate_success(world, spot, drive, moments, np.stack([driven, aside], axis=1))
+    anchors = anchor_success(world, spot, drive, drive.time_s[moments])
+    np.testing.assert_array_equal(both[:, 0], anchors)
+    assert (both[:, 1].all(axis=1) & ~anchors.all(axis=1)).any()

@@ -1,0 +1,73 @@
+"""Candidates beside the driven trajectory, where a simulated dataset knows how they end."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from graspe_data.errors import ZooError
+from model_zoo.batches import Batch
+from model_zoo.contract import DRIVEN, SuccessModel
+from model_zoo.training.labels import MASK, SUCCESS
+
+IMAGE, OUTCOME, ASKED = CANDIDATE_COLUMNS = (
+    "candidate_image",
+    "candidate_success",
+    "candidate_mask",
+)
+
+
+def candidate_columns(
+    model: SuccessModel, number: int, offered: Collection[str], where: str
+) -> tuple[str, ...]:
+    """The columns to read so that each row has ``number`` candidates; none for a model without.
+
+    Raises:
+        ZooError: The dataset does not have them.
+    """
+    if not number or DRIVEN not in model.candidate_columns:
+        return ()
+    if missing := [name for name in CANDIDATE_COLUMNS if name not in offered]:
+        raise ZooError(
+            f"{where}: the recipe asks for {number} candidates a row, and the dataset has no "
+            f"column {', '.join(missing)}. Set the recipe's `candidates: 0`, or build it from "
+            f"recordings of `graspe simulate` with `candidates:` in the dataset's manifest."
+        )
+    return CANDIDATE_COLUMNS
+
+
+def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:
+    """Keep ``number`` candidates of each row, drawn anew for every step.
+
+    Raises:
+        ZooError: The rows have fewer.
+    """
+    rows, known = batch[ASKED].shape
+    if known < number:
+        raise ZooError(
+            f"recipe: candidates is {number}, the dataset's rows have {known}. Set it lower."
+        )
+    drawn = np.random.default_rng([seed, step, 0, 3]).random((rows, known)).argsort(axis=1)
+    kept, row = torch.from_numpy(drawn[:, :number].copy()), torch.arange(rows)[:, None]
+    return batch | {name: batch[name][row, kept] for name in CANDIDATE_COLUMNS}
+
+
+def join_candidates(batch: Batch) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The driven trajectory of each row, then its candidates, scene by scene.
+
+    Returns:
+        Trajectory images (B (1 + K), H, W), success float32 and mask bool (B (1 + K), T), and the
+        share of each in its row's weight: a half for the driven one, a half for all others, times
+        1 + K, so that their mean is 1.
+    """
+    images = torch.cat([batch[DRIVEN][:, None], batch[IMAGE]], dim=1)
+    success = torch.cat([batch[SUCCESS][:, None], batch[OUTCOME]], dim=1).float()
+    asked = batch[ASKED].bool()[:, :, None].expand(-1, -1, success.shape[2])
+    mask = torch.cat([batch[MASK].bool()[:, None], asked], dim=1)
+    rows, number = images.shape[:2]
+    share = success.new_full((rows, number), number / (2 * (number - 1)))
+    share[:, 0] = number / 2
+    return images.flatten(0, 1), success.flatten(0, 1), mask.flatten(0, 1), share.flatten()

@@ -1,0 +1,112 @@
+"""Candidates: what the world says of other trajectories than the driven one, where it is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import StageError
+from graspe_data.known_outcomes import KnownOutcomes, read_outcomes
+from pipelines.dataset_settings import CandidateSettings, DatasetRecipe
+from pipelines.episode import EpisodeWriter, whole_column
+from pipelines.row_columns import candidate_columns
+from pipelines.stage import StageRecord, stage_key, write_record
+from pipelines.stages.extract import ExtractRecord
+from pipelines.stages.trajectory import predicted_trajectory, trajectory_key
+
+VERSION = 1
+TOLERANCE_NS = 1_000_000
+
+
+def candidates_key(
+    recipe: DatasetRecipe, settings: CandidateSettings, extracted: ExtractRecord
+) -> str:
+    """The key of the candidates stage: what draws a trajectory, and which candidates."""
+    asked = settings.model_dump(mode="json")
+    return stage_key("candidates", VERSION, drawn=trajectory_key(recipe, extracted), asked=asked)
+
+
+def candidates(
+    source: Path,
+    recipe: DatasetRecipe,
+    settings: CandidateSettings,
+    extracted: ExtractRecord,
+    episode: Path,
+    folder: Path,
+) -> StageRecord:
+    """Write the candidates of an episode's rows, drawn as the driven trajectory is.
+
+    A row without an answer within 1 ms of its anchor has no candidates: its mask is all False.
+
+    Args:
+        source: The recording.
+        recipe: The dataset and robot manifests.
+        settings: The topic, and how many candidates a row keeps.
+        extracted: The record of the extract stage, with the camera's calibration.
+        episode: The folder of the extract stage.
+        folder: An empty folder.
+
+    Raises:
+        RecordingError: The recording has no such topic.
+        StageError: It knows of fewer candidates, or of other steps, than the dataset asks for.
+    """
+    known = read_outcomes(source, settings.topic)
+    _check(known, recipe, settings, extracted)
+    columns = candidate_columns(recipe.dataset, settings)
+    with EpisodeWriter(folder, columns, extracted.rows) as writer:
+        moments = _nearest(known, whole_column(episode, "stamp_ns"))
+        predicted = predicted_trajectory(recipe, extracted) if extracted.rows else None
+        for row, moment in enumerate(moments.tolist()):
+            if moment < 0 or predicted is None:
+                continue
+            velocities = known.velocities[moment, : settings.count].astype(np.float32)
+            drawn = [predicted.draw(v, omega) for v, omega in velocities.tolist()]
+            writer.write(
+                row,
+                {
+                    "candidate_velocity": velocities,
+                    "candidate_image": np.packbits(np.stack(drawn), axis=-1),
+                    "candidate_success": known.success[moment, : settings.count].astype(np.uint8),
+                    "candidate_mask": np.ones(settings.count, np.bool_),
+                },
+            )
+        digests = writer.digests()
+    record = StageRecord(
+        stage="candidates",
+        key=candidates_key(recipe, settings, extracted),
+        rows=extracted.rows,
+        columns=digests,
+    )
+    write_record(folder, record)
+    return record
+
+
+def _nearest(known: KnownOutcomes, stamps_ns: NDArray[np.int64]) -> NDArray[np.intp]:
+    """The moment of each stamp, -1 where none is near."""
+    if not known.stamps_ns.size:
+        return np.full(stamps_ns.size, -1, np.intp)
+    apart = np.abs(known.stamps_ns[None] - stamps_ns[:, None])
+    nearest = apart.argmin(axis=1)
+    return np.where(apart.min(axis=1) <= TOLERANCE_NS, nearest, -1)
+
+
+def _check(
+    known: KnownOutcomes,
+    recipe: DatasetRecipe,
+    settings: CandidateSettings,
+    extracted: ExtractRecord,
+) -> None:
+    horizon = recipe.dataset.horizon
+    told, (number, steps) = settings.topic, known.success.shape[1:]
+    if number < settings.count:
+        raise StageError(
+            f"{extracted.recording}: {told} knows of {number} candidates at a time, "
+            f"`candidates.count` is {settings.count}: lower it to {number}."
+        )
+    if (steps, known.step_s) != (horizon.steps, horizon.step_s):
+        raise StageError(
+            f"{extracted.recording}: {told} judges {steps} steps of {known.step_s:g} s, the "
+            f"dataset's horizon is {horizon.steps} of {horizon.step_s:g} s."
+        )
