@@ -95,7 +95,7 @@ def test_a_candidate_is_drawn_as_a_driven_trajectory_of_its_velocity(
     columns = np.arange(80) - 39.5
     with np.errstate(invalid="ignore"):
         middle = (rows["candidate_image"].sum(axis=2) * columns).sum(axis=2) / covered
-    seen = (linear > 0.35) & (np.abs(turning) > 0.15)
+    seen = (linear > 0.35) & (np.abs(turning) > 0.15) & (covered > 0)
     assert seen.sum() > 3
     assert np.corrcoef(middle[seen], turning[seen])[0, 1] < -0.8
 
