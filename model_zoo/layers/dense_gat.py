@@ -33,6 +33,20 @@ class DenseGat(nn.Module):
         for vector in (self.att_src, self.att_dst, self.att_edge):
             nn.init.xavier_uniform_(vector.data[0])
 
+    def focus(self, most: float) -> None:
+        """Begin with heads that look at all nodes, ever nearer ones, and the nearest alone.
+
+        Args:
+            most: By how much, in nats, the last head's score of a node of weight 1 is above that of
+                a node of weight 0; the first head's are alike, those between lie evenly.
+        """
+        channels = self.att_edge.shape[2]
+        scores = torch.linspace(0, most, self.heads) if self.heads > 1 else torch.tensor([most])
+        share = (scores / channels).sqrt()[:, None].expand(-1, channels)
+        with torch.no_grad():
+            self.att_edge.copy_(share[None])
+            self.lin_edge.weight.copy_(share.reshape(-1, 1))
+
     def forward(self, x: Tensor, adjacency: Tensor) -> Tensor:
         """The nodes' new features (B, N, heads x channels).
 

@@ -21,12 +21,14 @@ class ConvolutionSettings(Settings):
         kernel: Of each; the length is kept.
         dropout: After the second.
         hidden: Of the first of two dense layers.
+        normalise: As A-GNN's.
     """
 
     channels: int = 16
     kernel: int = 3
     dropout: float = 0.5
     hidden: int = 128
+    normalise: bool = True
 
 
 class GraspeNoAgnnSettings(GraspeFamilySettings):
@@ -50,15 +52,17 @@ class GraspeNoAgnn(GraspeFamily):
         super().__init__(settings)
         sizes = settings.convolutions
         self.convolutions = _convolutions(sizes)
+        flat = self.counts.nodes * sizes.channels
+        self.norm = nn.BatchNorm1d(flat) if sizes.normalise else nn.Identity()
         self.head = nn.Sequential(
-            nn.Linear(self.counts.nodes * sizes.channels, sizes.hidden),
+            nn.Linear(flat, sizes.hidden),
             nn.ReLU(),
             nn.Linear(sizes.hidden, settings.horizon),
         )
 
     def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:  # noqa: ARG002
         """Log-odds of success (K, T) by convolutions along f_vec."""
-        return self.head(self.convolutions(vector[:, None]).flatten(1))  # type: ignore[no-any-return]
+        return self.head(self.norm(self.convolutions(vector[:, None]).flatten(1)))  # type: ignore[no-any-return]
 
 
 def _convolutions(settings: ConvolutionSettings) -> nn.Sequential:
