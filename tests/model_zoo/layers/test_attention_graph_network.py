@@ -9,6 +9,7 @@ from model_zoo.layers.attention_graph_network import (
     AttentionGraphNetwork,
     AttentionGraphSettings,
 )
+from model_zoo.layers.dense_gcn import degree_scale
 
 Case = tuple[Tensor, Tensor, Tensor]
 
@@ -33,7 +34,7 @@ def by_pyg(network: AttentionGraphNetwork, case: Case) -> Tensor:
         nodes = first(x[:, None], edges, weight).relu()
         nodes = elu(attention(nodes, edges, weight[:, None]))
         rows.append(second(nodes, edges, weight).relu().flatten())
-    return network.head(torch.stack(rows))  # type: ignore[no-any-return]
+    return network.head(network.norm(torch.stack(rows)))  # type: ignore[no-any-return]
 
 
 def test_the_whole_network_equals_pyg() -> None:
@@ -74,3 +75,28 @@ def test_every_parameter_learns() -> None:
     network = AttentionGraphNetwork(10, AttentionGraphSettings())
     network(*a_case()).square().sum().backward()
     assert all(p.grad is not None and p.grad.any() for p in network.parameters())
+
+
+def between_nodes(settings: AttentionGraphSettings) -> float:
+    """How far nodes differ after the attention, over how far scenes differ there."""
+    torch.manual_seed(0)
+    network, ones = AttentionGraphNetwork(10, settings).eval(), torch.ones(32)
+    features = torch.rand(32, 120)
+    adjacency = network.graph(features, ones, ones)
+    scale = degree_scale(adjacency)
+    with torch.no_grad():
+        nodes = torch.relu(network.first(features[:, :, None], adjacency, scale))
+        attended = network.attention(nodes, adjacency)
+    return float(attended.std(dim=1).mean() / attended.mean(dim=1).std(dim=0).mean())
+
+
+def test_nodes_stay_apart_where_a_small_lambda_makes_them_alike() -> None:
+    alike = between_nodes(AttentionGraphSettings(decay=2.0, focus=None))
+    assert alike < 0.5
+    assert between_nodes(AttentionGraphSettings()) > 10 * alike
+
+
+def test_heads_begin_with_all_nodes_and_end_with_the_nearest() -> None:
+    attention = AttentionGraphNetwork(10, AttentionGraphSettings(focus=12.0)).attention
+    scores = (attention.lin_edge.weight.view(1, 4, 4) * attention.att_edge).sum(dim=2)
+    torch.testing.assert_close(scores[0].detach(), torch.tensor([0.0, 4.0, 8.0, 12.0]))
