@@ -12,8 +12,13 @@ Floats = NDArray[np.float64]
 
 def goal_in_base(situation: Situation) -> Floats:
     """The goal (2,) in base_link, metres."""
-    x, y, yaw = situation.pose
-    east, north = situation.goal[0] - x, situation.goal[1] - y
+    return goal_seen_from(situation.pose, situation.goal)
+
+
+def goal_seen_from(pose: tuple[float, float, float], goal: tuple[float, float]) -> Floats:
+    """A goal (2,), metres, as seen from a pose of x, y in metres and yaw in rad in its frame."""
+    x, y, yaw = pose
+    east, north = goal[0] - x, goal[1] - y
     cosine, sine = np.cos(yaw), np.sin(yaw)
     return np.array([cosine * east + sine * north, cosine * north - sine * east])
 

@@ -7,9 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
+from planners.cloud_in_base import cloud_of, points_in_base
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.situation import Situation
 
@@ -65,7 +65,7 @@ class ScanObstacles:
 
     def points(self, situation: Situation) -> Floats:
         """See ``ObstacleSource``."""
-        xyz = _in_base(situation, self._mounting, self._minimum_range)
+        xyz = points_in_base(cloud_of(situation), self._mounting, self._minimum_range)
         scan = laser_scan(xyz, self._base_height, self._settings)
         return scan_points(scan, self._settings.half_angle)
 
@@ -87,16 +87,5 @@ class MapObstacles:
 
     def points(self, situation: Situation) -> Floats:
         """See ``ObstacleSource``."""
-        xyz = _in_base(situation, self._mounting, self._minimum_range)
+        xyz = points_in_base(cloud_of(situation), self._mounting, self._minimum_range)
         return occupancy_map(xyz, self._base_height, self._settings).points()
-
-
-def _in_base(
-    situation: Situation, mounting: Transform, minimum_range: float
-) -> NDArray[np.float32]:
-    """The cloud's points (N, 3) in base_link."""
-    if situation.cloud is None:
-        raise PlannerError("no cloud: obstacles are found in the lidar's latest cloud.")
-    xyz = situation.cloud.xyz
-    kept = xyz[np.einsum("ij,ij->i", xyz, xyz) >= minimum_range**2]
-    return np.asarray(mounting.apply(kept), np.float32)

@@ -37,7 +37,9 @@ def run_command(
     methods: Annotated[
         list[str],
         typer.Option(
-            "--method", help="dwa_fox, dwa_lab, NAME=BUNDLE, a bundle or a folder of them; repeat."
+            "--method",
+            help="dwa_fox, dwa_lab, mim, mim_uniform, dwa_map, glass_slam, NAME=BUNDLE, a bundle "
+            "or a folder of them; repeat.",
         ),
     ],
     out: Out = Path("trials"),

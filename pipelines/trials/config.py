@@ -8,6 +8,7 @@ import json
 from graspe_data.manifest import Settings
 from graspe_data.robot import Robot
 from graspe_data.simulation.scenario import Scenario
+from pipelines.trials.map_methods import MapSettings
 from pipelines.trials.settings import TrialSettings
 from planners.dwa_fox import FoxSettings
 from planners.dwa_lab import LabSettings
@@ -23,6 +24,8 @@ class TrialConfig(Settings):
     """Of the method ``dwa_fox``."""
     dwa_lab: LabSettings = LabSettings()
     """Of the method ``dwa_lab``."""
+    maps: MapSettings = MapSettings()
+    """Of the methods that drive by a map."""
     graspe: GraspeSettings = GraspeSettings()
     """Of all methods with a bundle."""
 

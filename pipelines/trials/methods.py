@@ -14,12 +14,15 @@ from graspe_data.errors import StageError
 from graspe_data.manifest import Settings
 from graspe_data.simulation.field import Field
 from pipelines.trials.config import TrialConfig, digest_of
+from pipelines.trials.map_methods import MAP_METHODS, map_settings, map_source
+from pipelines.trials.map_watch import MapWatch
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses
 from planners.bundle import load_bundle
 from planners.calibration import Calibration
 from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
+from planners.dwa_map import DwaMap
 from planners.graspe_planner import GraspePlanner
 from planners.guarded import Guarded, GuardSettings
 from planners.obstacles import ScanObstacles
@@ -28,6 +31,8 @@ from planners.scorer import Scorer
 from planners.situation import Planner
 
 FOX, LAB = "dwa_fox", "dwa_lab"
+PLANNERS: Final = (FOX, LAB, *MAP_METHODS)
+"""Methods without a model."""
 VERSION: Final = 1
 """Of trials; raised when the same settings drive otherwise."""
 OLDEST_S = 0.5
@@ -53,21 +58,28 @@ class Method:
         seal = None
         if self.bundle is not None:
             seal = hashlib.sha256((self.bundle / SEAL_FILE).read_bytes()).hexdigest()
-        settings = self._settings(config).model_dump(mode="json")
-        return digest_of([VERSION, conditions, seed, self.name, seal, settings])
+        settings = [each.model_dump(mode="json") for each in self._settings(config)]
+        return digest_of([VERSION, conditions, seed, self.name, seal, *settings])
 
-    def _settings(self, config: TrialConfig) -> Settings:
+    @property
+    def has_map(self) -> bool:
+        """Whether it drives by a map."""
+        return self.bundle is None and self.name in MAP_METHODS
+
+    def _settings(self, config: TrialConfig) -> list[Settings]:
         if self.bundle is not None:
-            return config.graspe
-        return config.dwa_fox if self.name == FOX else config.dwa_lab
+            return [config.graspe]
+        if self.has_map:
+            return map_settings(self.name, config.maps)
+        return [config.dwa_fox if self.name == FOX else config.dwa_lab]
 
 
 def parse_methods(asked: Sequence[str]) -> list[Method]:
     """Methods as the command line names them.
 
     Args:
-        asked: Each ``dwa_fox``, ``dwa_lab``, ``NAME=BUNDLE``, a bundle, or a folder of bundles,
-            which are called as their folders are.
+        asked: Each one of ``PLANNERS``, ``NAME=BUNDLE``, a bundle, or a folder of bundles, which
+            are called as their folders are.
 
     Raises:
         StageError: Neither a planner nor a bundle, or a name that two methods have.
@@ -83,7 +95,16 @@ def parse_methods(asked: Sequence[str]) -> list[Method]:
     return methods
 
 
-def make_planner(method: Method, field: Field, config: TrialConfig, threads: int) -> Planner:
+def make_watch(method: Method, field: Field, config: TrialConfig) -> MapWatch | None:
+    """The watched maps of a method that drives by them; None of others."""
+    if not method.has_map:
+        return None
+    return MapWatch(map_source(method.name, field, config.maps), config.maps.score)
+
+
+def make_planner(
+    method: Method, field: Field, config: TrialConfig, threads: int, watch: MapWatch | None = None
+) -> Planner:
     """Set up a method for the robot of a field, guarded against bad input.
 
     Args:
@@ -91,6 +112,7 @@ def make_planner(method: Method, field: Field, config: TrialConfig, threads: int
         field: Its robot's limits and footprint, and its sensors' calibration, count.
         config: Settings of the planners.
         threads: Of the model.
+        watch: The maps that a method drives by; None makes them anew, unwatched.
 
     Raises:
         PlannerError: The bundle is damaged, or was made for another robot.
@@ -103,6 +125,9 @@ def make_planner(method: Method, field: Field, config: TrialConfig, threads: int
         check_robot(bundle.contract, robot, calibration)
         scorer = Scorer(bundle, calibration)
         return Guarded(GraspePlanner(robot, scorer, config.graspe), robot.limits, guard)
+    if method.has_map:
+        source = watch or map_source(method.name, field, config.maps)
+        return Guarded(DwaMap(robot, source, config.maps.drive), robot.limits, guard)
     obstacles = ScanObstacles(
         calibration.base_from_lidar, robot.base_height, robot.lidar.minimum_range
     )
@@ -123,7 +148,7 @@ def _guard(method: Method, field: Field, settings: TrialSettings) -> GuardSettin
 
 
 def _parse(text: str) -> list[Method]:
-    if text in (FOX, LAB):
+    if text in PLANNERS:
         return [Method(text)]
     name, equals, place = text.partition("=")
     folder = Path(place if equals else text)
@@ -135,9 +160,10 @@ def _parse(text: str) -> list[Method]:
         found = {
             path.parent.name: path.parent for path in sorted(folder.glob(f"*/{CONTRACT_FILE}"))
         }
-    if not found or not all(_NAME.fullmatch(each) and each not in (FOX, LAB) for each in found):
+    if not found or not all(_NAME.fullmatch(each) and each not in PLANNERS for each in found):
         raise StageError(
-            f"--method {text}: expected {FOX}, {LAB}, NAME=BUNDLE, or the folder of a bundle or of "
-            f"several that `graspe export` wrote; names are letters, digits, '_', '.' and '-'."
+            f"--method {text}: expected {', '.join(PLANNERS)}, NAME=BUNDLE, or the folder of a "
+            f"bundle or of several that `graspe export` wrote; names are letters, digits, '_', "
+            f"'.' and '-'."
         )
     return [Method(each, path.resolve()) for each, path in found.items()]

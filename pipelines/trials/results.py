@@ -71,6 +71,19 @@ class Cell:
         return sum(trial.arcs_free for trial in self.trials) / arcs if arcs else None
 
     @property
+    def map_shares(self) -> tuple[float | None, float | None, float | None]:
+        """Precision, recall and F-score of the maps: means over the trials that have them."""
+        scores = [trial.maps for trial in self.trials if trial.maps]
+        columns = zip(*((s.precision, s.recall, s.f_score) for s in scores), strict=True)
+        precision, recall, f_score = list(columns) or [(), (), ()]
+        return _known_mean(precision), _known_mean(recall), _known_mean(f_score)
+
+    @property
+    def map_ms(self) -> float | None:
+        """Milliseconds of a map: mean of the trials' medians; None without maps."""
+        return _mean([trial.maps.median_ms for trial in self.trials if trial.maps])
+
+    @property
     def answer_s(self) -> tuple[float, float]:
         """Seconds of an answer: median over trials of their medians, and of their 90 %."""
         times = [(trial.control.median_s, trial.control.p90_s) for trial in self.trials]
@@ -132,6 +145,10 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
 
 def _of(trials: Sequence[Trial], method: str, scenario: str) -> tuple[Trial, ...]:
     return tuple(t for t in trials if t.method == method and t.scenario == scenario)
+
+
+def _known_mean(values: Sequence[float | None]) -> float | None:
+    return _mean([value for value in values if value is not None])
 
 
 def _mean(values: Sequence[float]) -> float | None:

@@ -42,6 +42,7 @@ def render_markdown(table: Sequence[Cell]) -> str:
         _block("Normalised length of successes", table, lambda c: _text(c.normalised_length, 3)),
         _block("Seconds to the goal", table, lambda c: _text(c.duration_s, 1)),
         _block("Collisions a trial", table, lambda c: _text(c.collisions, 2)),
+        *_maps(table),
         "## Control\n",
         _lines(("method", "answers/s", "median, ms", "90 %, ms"), _rates(table)),
         "## How trials ended, and why they failed\n",
@@ -53,6 +54,7 @@ def render_markdown(table: Sequence[Cell]) -> str:
 def _record(cell: Cell) -> dict[str, Any]:
     low, high = cell.interval
     median, late = cell.answer_s
+    precision, recall, f_score = cell.map_shares
     return {
         "method": cell.method,
         "scenario": cell.scenario,
@@ -70,6 +72,10 @@ def _record(cell: Cell) -> dict[str, Any]:
         "answers_per_s": 1 / median if median else None,
         "answer_median_s": median,
         "answer_p90_s": late,
+        "map_precision": precision,
+        "map_recall": recall,
+        "map_f_score": f_score,
+        "map_ms": cell.map_ms,
     }
 
 
@@ -82,6 +88,22 @@ def _seeds(table: Sequence[Cell]) -> list[str]:
     if not differing:
         return []
     return [f"**Not so in {', '.join(differing)}: some trials are missing.**\n"]
+
+
+def _maps(table: Sequence[Cell]) -> list[str]:
+    """The F-score of methods that drive by maps, and the time of a map; nothing without any."""
+    drawn = [cell for cell in table if cell.map_ms is not None]
+    if not drawn:
+        return []
+    return [
+        _block("F-score of the maps' cells (precision, recall)", drawn, _map_shares),
+        _block("Milliseconds a map", drawn, lambda c: _text(c.map_ms, 1)),
+    ]
+
+
+def _map_shares(cell: Cell) -> str:
+    precision, recall, f_score = (_text(share, 2) for share in cell.map_shares)
+    return f"{f_score} ({precision}, {recall})"
 
 
 def _block(title: str, table: Sequence[Cell], show: Callable[[Cell], str]) -> str:

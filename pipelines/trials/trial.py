@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import StageError
 from graspe_data.manifest import Settings
+from pipelines.trials.map_score import MapScore
 
 Outcome = Literal["success", "collision", "stuck", "stalled", "left_arena", "timeout"]
 FailureKind = Literal["perception", "threshold", "planner", "world"]
@@ -66,6 +67,7 @@ class Trial(Settings):
         start: x, y in metres and yaw in rad, world frame.
         goal: x, y in metres, world frame.
         path: True poses, world frame, ``path_step_s`` apart and at the end.
+        maps: Of a planner that drives by a map; None of others.
     """
 
     format: Literal["graspe-trial-1"] = "graspe-trial-1"
@@ -90,6 +92,7 @@ class Trial(Settings):
     goal: tuple[float, float]
     path_step_s: float
     path: tuple[Pose, ...]
+    maps: MapScore | None = None
 
     @property
     def success(self) -> bool:

@@ -67,6 +67,11 @@ def test_any_number_of_candidates_in_one_call(bundle: Bundle, count: int) -> Non
     assert success[1::2] == pytest.approx(0.1)
 
 
+def test_the_caller_goes_on_to_compute_with_subnormal_numbers(bundle: Bundle) -> None:
+    bundle.score(bundle.encode(_observation()), _candidates(1))
+    assert np.nextafter(0.0, 1.0) * np.float64(1.0) > 0
+
+
 def test_stands_alone(bundle_path: Path) -> None:
     """In a process without torch, zoo and recordings it gives what was recorded."""
     script = f"""

@@ -117,6 +117,25 @@ def test_a_method_without_a_success_has_no_length() -> None:
     assert ",,," not in render_csv(table).splitlines()[0]
 
 
+def test_maps_are_shown_where_there_are_some() -> None:
+    shares = {"precision": 0.9, "recall": 0.6, "f_score": 0.72}
+    counts = {"maps": 3, "called": 10, "right": 9, "there": 15, "found": 9, "median_ms": 4.0}
+    drawn = trial("mim", 0, success=True, maps=counts | shares)
+    blind = trial("mim", 1, success=True, maps=counts | dict.fromkeys(shares, None))
+    table = cells([drawn, blind, trial("dwa_lab", 0, success=True)])
+    shown = render_markdown(table)
+    assert "| mim | 0.72 (0.90, 0.60) |" in shown
+    assert "| mim | 4.0 |" in shown
+    assert [record["map_f_score"] for record in table_records(table)] == [None, 0.72]
+    assert "F-score" not in render_markdown(cells([trial("a", 0, success=True)]))
+
+
+def test_a_file_from_before_maps_were_compared_is_read(tmp_path: Path) -> None:
+    old = trial("a", 0, success=True)
+    (tmp_path / "0.json").write_text(old.model_dump_json(exclude={"maps"}))
+    assert read_trial(tmp_path / "0.json") == old
+
+
 def test_files_are_read_back(tmp_path: Path) -> None:
     there = [trial("a", 0, success=True), trial("b", 0, success=False)]
     write(tmp_path, *there)

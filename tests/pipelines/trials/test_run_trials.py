@@ -119,6 +119,29 @@ def test_a_bundle_drives_and_is_part_of_what_a_trial_depends_on(
     assert inputs[0] == inputs[1] != inputs[2]
 
 
+@pytest.mark.parametrize("name", ["mim", "mim_uniform", "dwa_map", "glass_slam"])
+def test_a_method_with_a_map_tells_how_right_its_maps_were(
+    name: str, conditions: Conditions, tmp_path: Path
+) -> None:
+    (trial,) = run(tmp_path, conditions, Method(name))
+    assert trial.maps is not None
+    assert trial.maps.maps == 2
+    assert 0 <= trial.maps.right <= trial.maps.called
+    assert trial.maps.there > 0
+    assert not any("stop:" in reason for reason in trial.safe_commands)
+    assert read_trial(tmp_path / f"lane/{name}/0.json") == trial
+
+
+def test_settings_of_maps_count_for_the_methods_that_have_them() -> None:
+    form = {"intensity": {"planning": {"classes": {"threshold": 0.5}}}}
+    other = TrialConfig.model_validate({"trial": BRIEF.trial, "maps": form})
+    names = ("dwa_fox", "dwa_lab", "mim", "mim_uniform", "dwa_map", "glass_slam")
+    changed = [
+        Method(name).inputs("c", 0, BRIEF) != Method(name).inputs("c", 0, other) for name in names
+    ]
+    assert changed == [False, False, True, True, False, False]
+
+
 def test_a_bundle_of_another_robot_is_refused(
     conditions: Conditions, tiny: Path, lane_of: Any
 ) -> None:
@@ -164,7 +187,7 @@ def test_methods_are_planners_bundles_and_folders_of_bundles(tiny: Path, tmp_pat
 )
 def test_what_is_no_method_is_refused(asked: str, tiny: Path, tmp_path: Path) -> None:
     text = asked.format(tiny=tiny, empty=tmp_path)
-    with pytest.raises(StageError, match="expected dwa_fox, dwa_lab, NAME=BUNDLE"):
+    with pytest.raises(StageError, match=r"expected dwa_fox, dwa_lab, mim, .*, NAME=BUNDLE"):
         parse_methods([text])
 
 

@@ -1,0 +1,69 @@
+"""The methods that drive by a map: which map each makes, and with which settings."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from graspe_data.manifest import Settings
+from graspe_data.observation.intensity_map import InflationSettings
+from graspe_data.simulation.field import Field
+from graspe_data.simulation.truth.cell_counts import CountSettings
+from planners.cost_map import MapSource
+from planners.dwa_map import MapDwaSettings
+from planners.glass_slam_source import GlassSlamSettings, GlassSlamSource
+from planners.intensity_source import IntensityMapSettings, IntensitySource
+from planners.occupancy_source import OccupancySettings, OccupancySource
+
+MIM, UNIFORM, OCCUPANCY, GLASS = "mim", "mim_uniform", "dwa_map", "glass_slam"
+MAP_METHODS: Final = (MIM, UNIFORM, OCCUPANCY, GLASS)
+
+
+class MapScoreSettings(CountSettings):
+    """How the maps of a trial are compared with the world."""
+
+    every_s: float = 1.0
+    """Seconds from a cloud whose map is compared to the next."""
+
+
+class MapSettings(Settings):
+    """The planner that all methods with a map share, and their maps."""
+
+    drive: MapDwaSettings = MapDwaSettings()
+    """Of all of them."""
+    intensity: IntensityMapSettings = IntensityMapSettings()
+    """Of ``mim``, and of ``mim_uniform`` but for the form of its inflation."""
+    occupancy: OccupancySettings = OccupancySettings()
+    """Of ``dwa_map``."""
+    glass_slam: GlassSlamSettings = GlassSlamSettings()
+    """Of ``glass_slam``."""
+    score: MapScoreSettings = MapScoreSettings()
+    """How their maps are compared with the world."""
+
+
+def map_settings(name: str, settings: MapSettings) -> list[Settings]:
+    """All that a method with a map depends on."""
+    chosen: dict[str, Settings] = {
+        MIM: settings.intensity,
+        UNIFORM: _uniform(settings.intensity),
+        OCCUPANCY: settings.occupancy,
+        GLASS: settings.glass_slam,
+    }
+    return [settings.drive, chosen[name], settings.score]
+
+
+def map_source(name: str, field: Field, settings: MapSettings) -> MapSource:
+    """The maps of a method, for the robot of a field and its lidar's mounting."""
+    robot, mounting = field.robot, field.lidar.base_from_lidar
+    if name == OCCUPANCY:
+        return OccupancySource(robot, mounting, settings.occupancy)
+    if name == GLASS:
+        return GlassSlamSource(robot, mounting, settings.glass_slam)
+    intensity = settings.intensity if name == MIM else _uniform(settings.intensity)
+    return IntensitySource(robot, mounting, intensity)
+
+
+def _uniform(settings: IntensityMapSettings) -> IntensityMapSettings:
+    inflation: InflationSettings = settings.planning.inflation
+    square = inflation.model_copy(update={"form": "uniform"})
+    planning = settings.planning.model_copy(update={"inflation": square})
+    return settings.model_copy(update={"planning": planning})

@@ -1,0 +1,108 @@
+"""The dynamic window approach on a cost map: equation (12) of the multi-layer intensity map."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graspe_data.manifest import Settings
+from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.robot import Robot
+from planners.body_discs import BodySettings, body_discs
+from planners.cost_map import CostMap, MapSource
+from planners.goal import goal_in_base, goal_seen_from, heading_error
+from planners.map_roll_outs import MapRollOuts
+from planners.situation import Command, Considered, Situation
+from planners.turning import TurnSettings, turns_on_the_spot
+from planners.velocity_window import WindowSettings, velocity_window
+
+Floats = NDArray[np.float64]
+Weight = Annotated[float, Field(ge=0)]
+
+
+class MapDwaSettings(Settings):
+    """Gains, roll-out and body; the gains are those of the groups' code for Spot."""
+
+    window: WindowSettings = WindowSettings()
+    turn: TurnSettings = TurnSettings()
+    body: BodySettings = BodySettings(count=5, margin=0.0)
+    """The discs that run over the map, whose inflation is the margin already."""
+    to_goal: Weight = 5.0
+    """Of the distance in metres from the roll-out's end to the goal."""
+    speed: Weight = 0.1
+    """Of the m/s that are missing to the fastest velocity."""
+    obstacle: Weight = 1.0
+    """Of equation (12), in cells of cost 1 along the roll-out."""
+    predict_s: Annotated[float, Field(gt=0, le=30)] = 3.0
+    """Length of the roll-out; the groups use 3.0 to 3.5 s."""
+    step_s: Annotated[float, Field(ge=0.01, le=1)] = 0.1
+    """Time between its poses."""
+    reaction_s: Annotated[float, Field(ge=0)] = 0.2
+    """Time between a command and its effect, within the braking distance."""
+
+
+class DwaMap:
+    """Chooses the roll-out of the least cost among those that it can stop before a barred cell.
+
+    cost(v, w) = to_goal |goal - end| + speed (v_max - v) + obstacle obs(v, w). With none left it
+    rotates on the spot, where the body's cells are free of solid ones, or stops.
+    """
+
+    def __init__(
+        self, robot: Robot, source: MapSource, settings: MapDwaSettings | None = None
+    ) -> None:
+        """Take the robot and what makes its maps."""
+        self._limits, self._source = robot.limits, source
+        self._settings = settings or MapDwaSettings()
+        self._footprint = robot.footprint
+        self._body = body_discs(robot.footprint, self._settings.body)
+
+    def command(self, situation: Situation) -> Command:
+        """The cheapest admissible velocity; with none left, a rotation on the spot, or a stop.
+
+        Raises:
+            PlannerError: There is no cloud, or no map can be made of it.
+        """
+        settings, limits = self._settings, self._limits
+        seen = self._source.cost_map(situation)
+        ground = MapRollOuts(seen, situation.pose, self._footprint, self._body)
+        window = velocity_window(limits, situation.velocity, settings.window).velocities
+        velocities = window[ground.admissible(window, limits, settings.reaction_s)]
+        cost = self._cost(velocities, ground, goal_in_base(situation))
+        if len(velocities) == 0:
+            return self._turn(situation, seen, ground)
+        best = int(np.argmin(cost))
+        v, omega = velocities[best].tolist()
+        return Command(v, omega, considered=Considered(velocities, -cost, None, best))
+
+    def _cost(self, velocities: Floats, ground: MapRollOuts, goal: Floats) -> Floats:
+        settings = self._settings
+        steps = max(1, round(settings.predict_s / settings.step_s))
+        v, omega = velocities.T
+        ends = constant_velocity_arc(v, omega, 1, settings.predict_s)[:, 1, :2]
+        cost: Floats = settings.to_goal * np.linalg.norm(goal - ends, axis=1)
+        cost += settings.speed * (self._limits.linear_velocity[1] - v)
+        return cost + settings.obstacle * ground.cost(velocities, settings.predict_s, steps)
+
+    def _turn(self, situation: Situation, seen: CostMap, ground: MapRollOuts) -> Command:
+        settings, limits = self._settings, self._limits
+        error = float(heading_error(np.zeros(3), goal_in_base(situation)))
+        points = _points_now(seen, situation)
+        turns = turns_on_the_spot(limits, situation.velocity[1], error, points, settings.turn)
+        considered = Considered(np.empty((0, 2)), np.empty(0), None, None)
+        free = ground.room_to_turn(turns, limits, settings.reaction_s)
+        for _, omega in turns[free].tolist():
+            reason = "all roll-outs meet barred cells: turning on the spot"
+            return Command(0.0, omega, reason, considered)
+        return Command(0.0, 0.0, "all roll-outs meet barred cells: stop", considered)
+
+
+def _points_now(seen: CostMap, situation: Situation) -> Floats:
+    """Centres of the solid cells (N, 2), metres, in base_link now."""
+    points, turn = seen.solid_points(), situation.pose[2] - seen.pose[2]
+    away = points - goal_seen_from(seen.pose, situation.pose[:2])
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return np.asarray(away @ np.array([[cosine, -sine], [sine, cosine]]))

@@ -1,0 +1,90 @@
+"""The planning map of the multi-layer intensity map, for a planner."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from graspe_data.errors import ObservationError, PlannerError
+from graspe_data.geometry import Transform
+from graspe_data.manifest import Settings
+from graspe_data.observation.intensity_map import (
+    GlassMemory,
+    LayerSettings,
+    Moment,
+    PlanningMap,
+    PlanningMapSettings,
+    ReturnSettings,
+    intensity_layers,
+    planning_map,
+)
+from graspe_data.robot import Robot
+from graspe_data.sensor_data import PointCloud
+from planners.cloud_in_base import cloud_of
+from planners.cost_map import CostMap
+from planners.goal import goal_seen_from
+from planners.pose_at import pose_at
+from planners.situation import Situation
+
+
+class IntensityMapSettings(Settings):
+    """From a cloud to the planning map."""
+
+    layers: LayerSettings = LayerSettings()
+    planning: PlanningMapSettings = PlanningMapSettings()
+    solid: Annotated[float, Field(gt=0, le=1)] = 0.25
+    """Of I_TP + I_FN, from which a cell is held for solid. I_TP is above Gamma, so this is how
+    faint glass may be: full strength is remembered for 1.4 of its time constant."""
+
+
+class IntensitySource:
+    """Equation (11) as a ``MapSource``; glass is carried along by odometry (6), (7).
+
+    A change of the goal counts from the next cloud on.
+    """
+
+    def __init__(
+        self, robot: Robot, base_from_lidar: Transform, settings: IntensityMapSettings | None = None
+    ) -> None:
+        """Take the lidar's scale and mounting."""
+        self._returns, self._mounting = ReturnSettings.of(robot), base_from_lidar
+        self._settings = settings or IntensityMapSettings()
+        self._memory: GlassMemory | None = None
+        self._last: CostMap | None = None
+
+    def cost_map(self, situation: Situation) -> CostMap:
+        """See ``MapSource``.
+
+        Raises:
+            PlannerError: There is no cloud, or its intensity cannot be used.
+        """
+        cloud = cloud_of(situation)
+        if self._last is None or self._last.stamp_ns != cloud.stamp_ns:
+            try:
+                self._last = self._made(situation, cloud)
+            except ObservationError as error:
+                raise PlannerError(f"no planning map: {error}") from error
+        return self._last
+
+    def _made(self, situation: Situation, cloud: PointCloud) -> CostMap:
+        settings, pose = self._settings, pose_at(situation, cloud.stamp_ns)
+        x, y = goal_seen_from(pose, situation.goal).tolist()
+        layers = intensity_layers(cloud, self._mounting, self._returns, settings.layers)
+        moment, cell = Moment(cloud.stamp_ns, pose, (x, y)), settings.layers.grid.cell_m
+        planned = planning_map(layers, moment, self._memory, cell, settings.planning)
+        self._memory = planned.memory
+        return _cost_map(planned, moment, cell, settings.solid)
+
+
+def _cost_map(planned: PlanningMap, moment: Moment, cell_m: float, solid: float) -> CostMap:
+    """Thresholds before and after the inflation agree: a dilation is a maximum."""
+    return CostMap(
+        cost=planned.cost,
+        barred=planned.inflated >= np.float32(solid),
+        solid=planned.classes.true_positive + planned.glass >= np.float32(solid),
+        cell_m=cell_m,
+        pose=moment.pose,
+        stamp_ns=moment.stamp_ns,
+    )

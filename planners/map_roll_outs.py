@@ -1,0 +1,114 @@
+"""What roll-outs run over on a cost map: equation (12), and what the robot cannot stop before."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.observation.intensity_map import inflate
+from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.robot import Footprint, Limits
+from planners.body_discs import Body
+from planners.cells_at import values_at
+from planners.cost_map import CostMap
+from planners.goal import goal_seen_from
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Pose = tuple[float, float, float]
+
+_BRAKING_POSES = 10
+"""Looked at along the way until the robot stands; a few centimetres apart."""
+
+
+class MapRollOuts:
+    """A cost map under a robot's body, which stands where it is asked about.
+
+    The body is a row of discs (see ``body_discs``). Cells within the footprint where the robot
+    stands are free: it stands there.
+    """
+
+    def __init__(self, seen: CostMap, pose: Pose, footprint: Footprint, body: Body) -> None:
+        """Take the map, where the robot is now (odometry frame), its footprint and its discs."""
+        self._cell_m, self._offsets = seen.cell_m, body.discs[:, 0]
+        self._origin = (*goal_seen_from(seen.pose, pose[:2]).tolist(), pose[2] - seen.pose[2])
+        kernel = _disc(float(body.discs[:, 1].max()) / seen.cell_m)
+        weights = kernel.astype(np.float64) / np.count_nonzero(kernel)
+        spread = cv2.filter2D(seen.cost, cv2.CV_32F, weights, borderType=cv2.BORDER_CONSTANT)
+        self._mean = np.asarray(spread)
+        under = self._under(footprint, len(seen.cost))
+        self._barred = inflate((seen.barred & ~under).astype(np.float32), kernel) > 0
+        self._solid = inflate((seen.solid & ~under).astype(np.float32), kernel) > 0
+
+    def cost(self, velocities: Floats, seconds: float, steps: int) -> Floats:
+        """Equation (12), obs(v, w): the sum of the map's cells under each roll-out, float64 (K,).
+
+        The roll-out is the swath of the body's foremost disc. The sum is over its cells, divided by
+        the cells across it: so many cells in a row of cost 1, whatever the robot's width. It is
+        reckoned as the sum along the path of the disc's mean.
+
+        Args:
+            velocities: (K, 2), m/s and rad/s.
+            seconds: Length of the roll-outs.
+            steps: Poses along them.
+        """
+        v, omega = velocities.T
+        paths = constant_velocity_arc(v, omega, steps, seconds / steps)[:, 1:]
+        front = self._placed(paths, float(self._offsets.max()))
+        cells_a_step = np.abs(v) * (seconds / steps) / self._cell_m
+        under = values_at(self._mean, front, self._cell_m).sum(axis=1, dtype=np.float64)
+        charged: Floats = under * cells_a_step
+        return charged
+
+    def admissible(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
+        """Whether the robot can stop before its body runs over a barred cell, bool (K,).
+
+        Looked at is the arc that it drives until it stands, after it has reacted and braked:
+        v t + v^2 / 2a, and the same of the rotation.
+
+        Args:
+            velocities: (K, 2), m/s and rad/s.
+            limits: Their accelerations are the decelerations.
+            reaction_s: Time that passes before the robot brakes.
+        """
+        return self._free(self._barred, velocities, limits, reaction_s)
+
+    def room_to_turn(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
+        """The same by the solid cells alone: inflation keeps a robot off, it takes no room."""
+        return self._free(self._solid, velocities, limits, reaction_s)
+
+    def _free(self, reached: Mask, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
+        v, omega = velocities.T
+        metres = v * (reaction_s + np.abs(v) / (2 * limits.linear_acceleration))
+        turned = omega * (reaction_s + np.abs(omega) / (2 * limits.yaw_acceleration))
+        paths = constant_velocity_arc(metres, turned, _BRAKING_POSES, 1 / _BRAKING_POSES)
+        discs = [self._placed(paths, offset) for offset in self._offsets.tolist()]
+        touched = values_at(reached, np.stack(discs), self._cell_m).any(axis=(0, 2))
+        return np.logical_not(touched)
+
+    def _under(self, footprint: Footprint, cells: int) -> Mask:
+        """The cells whose centres lie within the robot's rectangle where it stands."""
+        centres = (cells / 2 - 0.5 - np.arange(cells)) * self._cell_m
+        forward, left, turn = self._origin
+        x, y = centres[:, None] - forward, centres[None, :] - left
+        cosine, sine = math.cos(turn), math.sin(turn)
+        ahead, aside = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
+        return np.asarray((ahead <= footprint.length / 2) & (aside <= footprint.width / 2))
+
+    def _placed(self, poses: Floats, offset: float) -> Floats:
+        """Points ``offset`` metres ahead of poses (..., 3) in base_link now, in the map's frame."""
+        x, y, yaw = poses[..., 0], poses[..., 1], poses[..., 2]
+        px, py = x + offset * np.cos(yaw), y + offset * np.sin(yaw)
+        forward, left, turn = self._origin
+        cosine, sine = math.cos(turn), math.sin(turn)
+        return np.stack((forward + cosine * px - sine * py, left + sine * px + cosine * py), -1)
+
+
+def _disc(radius: float) -> Mask:
+    """A kernel, bool (k, k), of the cells whose centres are within so many cells of its middle."""
+    half = math.floor(radius)
+    along = np.arange(-half, half + 1)
+    return np.asarray(np.hypot(along[:, None], along[None, :]) <= radius)
