@@ -46,7 +46,7 @@ class SparseGraphNetwork(torch.nn.Module):
         x = self.first(features.reshape(-1, 1), edges, weight).relu()
         x = self.dense.dropout(elu(self.attention(x, edges, weight[:, None])))
         x = self.second(x, edges, weight).relu()
-        return self.dense.head(x.view(rows, -1))  # type: ignore[no-any-return]
+        return self.dense.head(self.dense.norm(x.view(rows, -1)))  # type: ignore[no-any-return]
 
 
 def best_ms(works: list[Callable[[], object]], rounds: int, in_a_row: int = 3) -> list[float]:
