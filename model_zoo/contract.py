@@ -24,10 +24,19 @@ Features = dict[str, Tensor]
 
 @dataclass(frozen=True)
 class Loss:
-    """A loss to minimise, and its named parts, each a scalar tensor."""
+    """What a batch costs.
+
+    Attributes:
+        total: To be minimised, a scalar.
+        logits: The log-odds of success (B n, T) that it was made of.
+        parts: Scalars, by name.
+        entropy_scale: What a mean cross-entropy of 1 adds to the total.
+    """
 
     total: Tensor
+    logits: Tensor
     parts: dict[str, Tensor] = field(default_factory=dict)
+    entropy_scale: float = 1.0
 
 
 class SuccessModel(nn.Module, ABC):
@@ -104,7 +113,8 @@ class SuccessModel(nn.Module, ABC):
             mask: bool (B n, T); steps that are not judged do not count.
             weight: float32 (B n,), of each trajectory.
         """
-        return Loss(masked_cross_entropy(self.logits(observation), success, mask, weight))
+        logits = self.logits(observation)
+        return Loss(masked_cross_entropy(logits, success, mask, weight), logits)
 
 
 def _repeat(columns: Mapping[str, Tensor], number: int) -> Features:

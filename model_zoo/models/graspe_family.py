@@ -58,6 +58,7 @@ class GraspeFamily(SuccessModel):
         logits = self.score_each(features, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
-            return Loss(entropy)
+            return Loss(entropy, logits)
         penalty = self.settings.orthogonality * orthogonality_penalty(transform.float())
-        return Loss(entropy + penalty, {"cross_entropy": entropy, "orthogonality": penalty})
+        parts = {"cross_entropy": entropy, "orthogonality": penalty}
+        return Loss(entropy + penalty, logits, parts)

@@ -50,6 +50,7 @@ class NmfnetFamily(SuccessModel):
         logits = self.score_each({"scene_features": vector}, observation)
         entropy = masked_cross_entropy(logits, success, mask, weight)
         if transform is None:
-            return Loss(entropy)
+            return Loss(entropy, logits)
         penalty = self.orthogonality * orthogonality_penalty(transform.float())
-        return Loss(entropy + penalty, {"cross_entropy": entropy, "orthogonality": penalty})
+        parts = {"cross_entropy": entropy, "orthogonality": penalty}
+        return Loss(entropy + penalty, logits, parts)

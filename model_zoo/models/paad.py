@@ -140,8 +140,8 @@ class Paad(SuccessModel):
         ranges = self._ranges(observation)
         codes = self.scan.encode(ranges)
         sampled = codes.sample() if self.training else codes.mean
-        failure = -self.score_each(self._features(observation, codes), observation).float()
-        entropy = binary_cross_entropy_with_logits(failure, 1 - success, reduction="none")
+        logits = self.score_each(self._features(observation, codes), observation).float()
+        entropy = binary_cross_entropy_with_logits(logits, success, reduction="none")
         scan_weight = weight.view(len(ranges), -1).mean(dim=1)
         reconstruction = self.scan.reconstruction_error(ranges, sampled)
         means = {
@@ -150,7 +150,8 @@ class Paad(SuccessModel):
             "cross_entropy": _mean((entropy * mask).sum(dim=1), weight),
         }
         scan = means["reconstruction"] + means["divergence"]
-        return Loss(scan + self.alpha * means["cross_entropy"], means)
+        total = scan + self.alpha * means["cross_entropy"]
+        return Loss(total, logits, means, entropy_scale=self.alpha * self.horizon)
 
     def _ranges(self, observation: Observation) -> Tensor:
         settings = self.settings

@@ -11,6 +11,7 @@ from model_zoo.contract import DRIVEN, Observation, SuccessModel
 from model_zoo.training.candidates import ASKED, join_candidates
 from model_zoo.training.labels import MASK, SUCCESS
 from model_zoo.training.learning_rate import learning_rate
+from model_zoo.training.ranking import ranking_loss
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.row_weights import RowWeights
 from model_zoo.training.step_seed import step_seed
@@ -35,7 +36,7 @@ class Optimisation:
             lr=recipe.learning_rate,
             weight_decay=recipe.weight_decay,
         )
-        self._module, self._optimiser = fabric.setup(_LossModule(model), self.adam)
+        self._module, self._optimiser = fabric.setup(_LossModule(model, recipe.ranking), self.adam)
 
     def step(self, loaded: Batch, step: int, steps: int) -> dict[str, Tensor]:
         """Do one step, in training mode; what it draws follows from seed, step and rank.
@@ -74,12 +75,18 @@ class Optimisation:
 class _LossModule(nn.Module):
     """A model whose forward pass is its loss, as wrappers of modules expect."""
 
-    def __init__(self, model: SuccessModel) -> None:
+    def __init__(self, model: SuccessModel, ranking: float) -> None:
         super().__init__()
-        self.model = model
+        self.model, self._ranking = model, ranking
 
     def forward(
         self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor
     ) -> tuple[Tensor, dict[str, Tensor]]:
         loss = self.model.loss(observation, success, mask, weight)
-        return loss.total, {name: part.detach() for name, part in loss.parts.items()}
+        total, parts = loss.total, {name: part.detach() for name, part in loss.parts.items()}
+        if self._ranking and self.model.candidate_columns:
+            scenes = len(observation[self.model.scene_columns[0]])
+            order = ranking_loss(loss.logits, success, mask, scenes)
+            total = total + self._ranking * loss.entropy_scale * order
+            parts["ranking"] = order.detach()
+        return total, parts

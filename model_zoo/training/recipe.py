@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import Settings, find_manifest, load_manifest
@@ -34,6 +34,8 @@ class Recipe(Settings):
             ``resample`` takes PAAD's choice of rows, ``none`` leaves them as they are.
         candidates: Trajectories of each row beside the driven one, drawn at each step from those
             whose outcome a simulated dataset knows; models without a trajectory take none.
+        ranking: Weight of telling the trajectories of a row apart, beside a cross-entropy of weight
+            1; see ``ranking_loss``. Ours. It needs candidates.
         augmentation: How often which rows are mirrored and which sensors fail; ``{}`` takes its
             defaults, None leaves rows as they are.
         patience: Epochs without a better validation AU-ROC after which training stops; None
@@ -52,10 +54,17 @@ class Recipe(Settings):
     warm_up_steps: Annotated[int, Field(ge=0, le=10**9)] = 0
     balance: Balance = "rows"
     candidates: Annotated[int, Field(ge=0, le=64)] = 0
+    ranking: Annotated[float, Field(ge=0, le=1000)] = 0.0
     augmentation: AugmentationSettings | None = None
     patience: Count | None = 10
     precision: Literal["float32", "bf16"] = "float32"
     seed: Annotated[int, Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _something_to_rank(self) -> Self:
+        if self.ranking and not self.candidates:
+            raise ValueError("ranking needs trajectories to compare: set candidates, or ranking: 0")
+        return self
 
     @field_validator("*", mode="before")
     @classmethod

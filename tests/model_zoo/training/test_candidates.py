@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from model_zoo.contract import Features, Observation, SuccessModel
+from model_zoo.masked_cross_entropy import masked_cross_entropy
 from model_zoo.registry import create_model
 from model_zoo.training.candidates import (
     CANDIDATE_COLUMNS,
@@ -187,6 +188,35 @@ def test_a_training_teaches_each_row_with_its_candidates(tmp_path: Path) -> None
     train_tiny(data, tmp_path / "run", recipe, model)
     assert model.taught == {4 * 3}
     assert model.net.weight[:, 1].mean() < -0.3
+
+
+def test_a_recipe_may_teach_which_of_two_trajectories_gets_through(tmp_path: Path) -> None:
+    data = with_candidates(tmp_path / "dataset")
+    weights = []
+    for ranking in (0.0, 5.0):
+        torch.manual_seed(0)
+        updated = {"epochs": 10, "learning_rate": 0.02, "ranking": ranking}
+        model = Drawing()
+        folder = tmp_path / f"run-{ranking:g}"
+        train_tiny(data, folder, ASKING.model_copy(update=updated), model)
+        weights.append(float(model.net.weight.detach()[:, 1].mean()))
+    assert weights[1] < weights[0] - 0.1
+
+
+def test_the_ranking_counts_as_a_cross_entropy_of_the_same_size_does() -> None:
+    torch.manual_seed(0)
+    paad = create_model("paad", "small", alpha=2.0)
+    rows = {
+        "image": torch.zeros(2, 240, 320, 3, dtype=torch.uint8),
+        "laser_scan": torch.ones(2, 720),
+        "trajectory_image": torch.zeros(2, 240, 320, dtype=torch.uint8),
+    }
+    success, mask = torch.ones(2, paad.horizon), torch.ones(2, paad.horizon, dtype=torch.bool)
+    loss = paad.loss(rows, success, mask, torch.ones(2))
+    assert loss.entropy_scale == 2.0 * paad.horizon
+    mean = masked_cross_entropy(loss.logits, success, mask, torch.ones(2))
+    part = paad.alpha * loss.parts["cross_entropy"]
+    torch.testing.assert_close(part, loss.entropy_scale * mean)
 
 
 def test_a_model_without_a_trajectory_takes_none_and_no_columns_are_read() -> None:

@@ -6,6 +6,7 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from graspe_data.errors import ZooError
 from model_zoo.training.labels import Labels
@@ -90,3 +91,9 @@ def test_a_step_that_is_not_judged_makes_no_row_fail() -> None:
 def test_without_balance_all_weigh_one() -> None:
     labels = Labels(torch.eye(3).bool().numpy(), torch.ones(3, 3).bool().numpy())
     assert balance_rows(labels, "none") == balance_rows(labels, "resample") == RowWeights()
+
+
+def test_ranking_needs_candidates() -> None:
+    with pytest.raises(ValidationError, match="set candidates, or ranking: 0"):
+        Recipe(ranking=1.0)
+    assert Recipe(ranking=1.0, candidates=2).ranking == 1.0

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -178,7 +179,8 @@ def test_a_training_that_diverges_says_so(dataset: Path, tmp_path: Path) -> None
         def loss(
             self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor
         ) -> Loss:
-            return Loss(super().loss(observation, success, mask, weight).total * float("nan"))
+            loss = super().loss(observation, success, mask, weight)
+            return replace(loss, total=loss.total * float("nan"), parts={})
 
     with pytest.raises(ZooError, match=r"loss became nan .* Lower the recipe's learning_rate"):
         train_tiny(dataset, tmp_path / "b", model=Exploding())

@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -68,7 +69,7 @@ class TinyModel(SuccessModel):
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
         self.taught.append(observation["r_img"].tolist())
         loss = super().loss(observation, success, mask, weight)
-        return Loss(loss.total, {"half": loss.total / 2})
+        return replace(loss, parts={"half": loss.total / 2})
 
 
 def make_model(seed: int = 0, **options: float) -> TinyModel:
