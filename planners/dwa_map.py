@@ -29,23 +29,28 @@ class MapDwaSettings(Settings):
     window: WindowSettings = WindowSettings()
     turn: TurnSettings = TurnSettings()
     body: BodySettings = BodySettings(count=5, margin=0.0)
-    """The discs that run over the map, whose inflation is the margin already."""
+    """The discs that run over the map."""
+    margin: Annotated[float, Field(ge=0)] = 0.1
+    """Metres about them that roll-outs keep free: what cells, odometry and delays are off by."""
+    berth: Annotated[float, Field(ge=0)] = 0.3
+    """Metres about them whose cells count in equation (12)."""
     to_goal: Weight = 5.0
     """Of the distance in metres from the roll-out's end to the goal."""
     speed: Weight = 0.1
     """Of the m/s that are missing to the fastest velocity."""
-    obstacle: Weight = 1.0
-    """Of equation (12), in cells of cost 1 along the roll-out."""
+    obstacle: Weight = 0.3
+    """Of equation (12), in cells of cost 1 along the roll-out: at 1, posts beside a doorway cost
+    more than the way through it is worth."""
     predict_s: Annotated[float, Field(gt=0, le=30)] = 3.0
     """Length of the roll-out; the groups use 3.0 to 3.5 s."""
     step_s: Annotated[float, Field(ge=0.01, le=1)] = 0.1
     """Time between its poses."""
     reaction_s: Annotated[float, Field(ge=0)] = 0.2
-    """Time between a command and its effect, within the braking distance."""
+    """Time between a command and its effect, for the room that a rotation on the spot takes."""
 
 
 class DwaMap:
-    """Chooses the roll-out of the least cost among those that it can stop before a barred cell.
+    """Chooses the roll-out of the least cost among those that keep off barred cells.
 
     cost(v, w) = to_goal |goal - end| + speed (v_max - v) + obstacle obs(v, w). With none left it
     rotates on the spot, where the body's cells are free of solid ones, or stops.
@@ -68,19 +73,21 @@ class DwaMap:
         """
         settings, limits = self._settings, self._limits
         seen = self._source.cost_map(situation)
-        ground = MapRollOuts(seen, situation.pose, self._footprint, self._body)
+        ground = MapRollOuts(
+            seen, situation.pose, self._footprint, self._body, settings.margin, settings.berth
+        )
         window = velocity_window(limits, situation.velocity, settings.window).velocities
-        velocities = window[ground.admissible(window, limits, settings.reaction_s)]
-        cost = self._cost(velocities, ground, goal_in_base(situation))
+        steps = max(1, round(settings.predict_s / settings.step_s))
+        velocities = window[ground.free(window, settings.predict_s, steps)]
+        cost = self._cost(velocities, ground, goal_in_base(situation), steps)
         if len(velocities) == 0:
             return self._turn(situation, seen, ground)
         best = int(np.argmin(cost))
         v, omega = velocities[best].tolist()
         return Command(v, omega, considered=Considered(velocities, -cost, None, best))
 
-    def _cost(self, velocities: Floats, ground: MapRollOuts, goal: Floats) -> Floats:
+    def _cost(self, velocities: Floats, ground: MapRollOuts, goal: Floats, steps: int) -> Floats:
         settings = self._settings
-        steps = max(1, round(settings.predict_s / settings.step_s))
         v, omega = velocities.T
         ends = constant_velocity_arc(v, omega, 1, settings.predict_s)[:, 1, :2]
         cost: Floats = settings.to_goal * np.linalg.norm(goal - ends, axis=1)
@@ -93,7 +100,7 @@ class DwaMap:
         points = _points_now(seen, situation)
         turns = turns_on_the_spot(limits, situation.velocity[1], error, points, settings.turn)
         considered = Considered(np.empty((0, 2)), np.empty(0), None, None)
-        free = ground.room_to_turn(turns, limits, settings.reaction_s)
+        free = ground.room(turns, limits, settings.reaction_s)
         for _, omega in turns[free].tolist():
             reason = "all roll-outs meet barred cells: turning on the spot"
             return Command(0.0, omega, reason, considered)

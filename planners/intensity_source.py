@@ -72,7 +72,8 @@ class IntensitySource:
         settings, pose = self._settings, pose_at(situation, cloud.stamp_ns)
         x, y = goal_seen_from(pose, situation.goal).tolist()
         layers = intensity_layers(cloud, self._mounting, self._returns, settings.layers)
-        moment, cell = Moment(cloud.stamp_ns, pose, (x, y)), settings.layers.grid.cell_m
+        eye, cell = self._mounting.translation[:2].tolist(), settings.layers.grid.cell_m
+        moment = Moment(cloud.stamp_ns, pose, (x, y), (eye[0], eye[1]))
         planned = planning_map(layers, moment, self._memory, cell, settings.planning)
         self._memory = planned.memory
         return _cost_map(planned, moment, cell, settings.solid)

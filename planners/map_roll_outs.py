@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Pose = tuple[float, float, float]
 
+_BESIDE = 0.15
+"""Metres about the robot in which inflation bars nothing: it is there already, and may get out."""
 _BRAKING_POSES = 10
 """Looked at along the way until the robot stands; a few centimetres apart."""
 
@@ -31,17 +33,31 @@ class MapRollOuts:
     stands are free: it stands there.
     """
 
-    def __init__(self, seen: CostMap, pose: Pose, footprint: Footprint, body: Body) -> None:
-        """Take the map, where the robot is now (odometry frame), its footprint and its discs."""
+    def __init__(
+        self,
+        seen: CostMap,
+        pose: Pose,
+        footprint: Footprint,
+        body: Body,
+        margin: float = 0.0,
+        berth: float = 0.0,
+    ) -> None:
+        """Take the map, where the robot is now (odometry frame), its footprint and its discs.
+
+        Roll-outs keep ``margin`` metres more off barred cells.
+        """
         self._cell_m, self._offsets = seen.cell_m, body.discs[:, 0]
         self._origin = (*goal_seen_from(seen.pose, pose[:2]).tolist(), pose[2] - seen.pose[2])
         kernel = _disc(float(body.discs[:, 1].max()) / seen.cell_m)
-        weights = kernel.astype(np.float64) / np.count_nonzero(kernel)
+        beside = _disc((float(body.discs[:, 1].max()) + berth) / seen.cell_m)
+        weights = beside.astype(np.float64) / np.count_nonzero(kernel)
         spread = cv2.filter2D(seen.cost, cv2.CV_32F, weights, borderType=cv2.BORDER_CONSTANT)
         self._mean = np.asarray(spread)
-        under = self._under(footprint, len(seen.cost))
-        self._barred = inflate((seen.barred & ~under).astype(np.float32), kernel) > 0
-        self._solid = inflate((seen.solid & ~under).astype(np.float32), kernel) > 0
+        solid = seen.solid & ~self._under(footprint, len(seen.cost), 0.0)
+        barred = seen.barred & ~self._under(footprint, len(seen.cost), _BESIDE)
+        self._solid = inflate(solid.astype(np.float32), kernel) > 0
+        kernel = _disc((float(body.discs[:, 1].max()) + margin) / seen.cell_m)
+        self._barred = inflate((barred | solid).astype(np.float32), kernel) > 0
 
     def cost(self, velocities: Floats, seconds: float, steps: int) -> Floats:
         """Equation (12), obs(v, w): the sum of the map's cells under each roll-out, float64 (K,).
@@ -63,40 +79,51 @@ class MapRollOuts:
         charged: Floats = under * cells_a_step
         return charged
 
-    def admissible(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
-        """Whether the robot can stop before its body runs over a barred cell, bool (K,).
+    def free(self, velocities: Floats, seconds: float, steps: int) -> Mask:
+        """Whether the body keeps off the barred cells all along each roll-out, bool (K,).
+
+        Args:
+            velocities: (K, 2), m/s and rad/s.
+            seconds: Length of the roll-outs.
+            steps: Poses along them.
+        """
+        v, omega = velocities.T
+        return self._keeps_off(
+            self._barred, constant_velocity_arc(v, omega, steps, seconds / steps)
+        )
+
+    def room(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
+        """Whether the robot can stop before its body runs over a solid cell, bool (K,).
 
         Looked at is the arc that it drives until it stands, after it has reacted and braked:
-        v t + v^2 / 2a, and the same of the rotation.
+        v t + v^2 / 2a, and the same of the rotation. Inflation keeps a robot off, it takes no room.
 
         Args:
             velocities: (K, 2), m/s and rad/s.
             limits: Their accelerations are the decelerations.
             reaction_s: Time that passes before the robot brakes.
         """
-        return self._free(self._barred, velocities, limits, reaction_s)
-
-    def room_to_turn(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
-        """The same by the solid cells alone: inflation keeps a robot off, it takes no room."""
-        return self._free(self._solid, velocities, limits, reaction_s)
-
-    def _free(self, reached: Mask, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
         v, omega = velocities.T
         metres = v * (reaction_s + np.abs(v) / (2 * limits.linear_acceleration))
         turned = omega * (reaction_s + np.abs(omega) / (2 * limits.yaw_acceleration))
         paths = constant_velocity_arc(metres, turned, _BRAKING_POSES, 1 / _BRAKING_POSES)
+        return self._keeps_off(self._solid, paths)
+
+    def _keeps_off(self, reached: Mask, paths: Floats) -> Mask:
         discs = [self._placed(paths, offset) for offset in self._offsets.tolist()]
         touched = values_at(reached, np.stack(discs), self._cell_m).any(axis=(0, 2))
         return np.logical_not(touched)
 
-    def _under(self, footprint: Footprint, cells: int) -> Mask:
-        """The cells whose centres lie within the robot's rectangle where it stands."""
+    def _under(self, footprint: Footprint, cells: int, beside: float) -> Mask:
+        """The cells whose centres lie within the robot's rectangle, or so many metres beside it."""
         centres = (cells / 2 - 0.5 - np.arange(cells)) * self._cell_m
         forward, left, turn = self._origin
         x, y = centres[:, None] - forward, centres[None, :] - left
         cosine, sine = math.cos(turn), math.sin(turn)
         ahead, aside = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
-        return np.asarray((ahead <= footprint.length / 2) & (aside <= footprint.width / 2))
+        return np.asarray(
+            (ahead <= footprint.length / 2 + beside) & (aside <= footprint.width / 2 + beside)
+        )
 
     def _placed(self, poses: Floats, offset: float) -> Floats:
         """Points ``offset`` metres ahead of poses (..., 3) in base_link now, in the map's frame."""

@@ -65,8 +65,9 @@ def velocity_window(
     """V_s and V_d: within the limits, and within reach of the velocity driven now.
 
     The lattice has the multiples of its steps and the window's own ends, which can always be
-    driven. Standing still is not in it: it leads nowhere, and stopping is what a planner does when
-    it has no candidate left. A velocity outside the limits is first brought back to them.
+    driven. Standing still and rotations on the spot are not in it: they lead nowhere, a planner
+    that weighs them against others can stay where it is for good, and turning or stopping is what
+    it does when it has no candidate left. A velocity outside the limits is first brought back.
 
     Args:
         limits: Of velocities and accelerations.
@@ -80,8 +81,8 @@ def velocity_window(
         _axis(_within(bound, now, most * settings.interval_s), step)
         for bound, now, most, step in zip(bounds, velocity, reach, steps, strict=True)
     )
-    standing = np.logical_and.outer(linear == 0, yaw_rate == 0)
-    return VelocityWindow(linear, yaw_rate, ~standing)
+    moving = np.broadcast_to((linear != 0)[:, None], (len(linear), len(yaw_rate)))
+    return VelocityWindow(linear, yaw_rate, moving)
 
 
 def _within(bounds: tuple[float, float], now: float, reach: float) -> tuple[float, float]:

@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import Final
 
 from graspe_data.manifest import Settings
-from graspe_data.observation.intensity_map import InflationSettings
+from graspe_data.observation.intensity_map import (
+    ClassSettings,
+    GlassSettings,
+    InflationSettings,
+    LayerSettings,
+    PlanningMapSettings,
+)
 from graspe_data.simulation.field import Field
 from graspe_data.simulation.truth.cell_counts import CountSettings
 from planners.cost_map import MapSource
@@ -16,6 +22,16 @@ from planners.occupancy_source import OccupancySettings, OccupancySource
 
 MIM, UNIFORM, OCCUPANCY, GLASS = "mim", "mim_uniform", "dwa_map", "glass_slam"
 MAP_METHODS: Final = (MIM, UNIFORM, OCCUPANCY, GLASS)
+
+
+FIELD_LAYERS: Final = LayerSettings(cell="max")
+"""In this field a sum of returns tells how near grass is rather than how solid it is."""
+FIELD_PLANNING: Final = PlanningMapSettings(
+    classes=ClassSettings(reading="each", threshold=0.48),
+    glass=GlassSettings(margin=3, extend=15),
+)
+"""Beads hang through all layers, and reflect 0.45; stalks of grass that only one layer shows are no
+glass; and of a pane is seen what the lidar looks at squarely."""
 
 
 class MapScoreSettings(CountSettings):
@@ -30,7 +46,9 @@ class MapSettings(Settings):
 
     drive: MapDwaSettings = MapDwaSettings()
     """Of all of them."""
-    intensity: IntensityMapSettings = IntensityMapSettings()
+    intensity: IntensityMapSettings = IntensityMapSettings(
+        layers=FIELD_LAYERS, planning=FIELD_PLANNING
+    )
     """Of ``mim``, and of ``mim_uniform`` but for the form of its inflation."""
     occupancy: OccupancySettings = OccupancySettings()
     """Of ``dwa_map``."""

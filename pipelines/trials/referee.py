@@ -10,28 +10,37 @@ from graspe_data.simulation.truth.events import EventSettings, true_events
 from graspe_data.simulation.world.world import World
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.trial import Outcome
+from planners.situation import Situation
 
 
 class Referee:
     """Watches a robot on its way to a goal."""
 
-    def __init__(self, world: World, goal: tuple[float, float], settings: TrialSettings) -> None:
-        """Take the goal, x and y in metres in the world."""
+    def __init__(self, world: World, settings: TrialSettings) -> None:
+        """Take the world that the robot drives in."""
         self._arena = np.reshape(world.arena, (2, 2)) + settings.arena_margin * np.array(
             [[-1], [1]]
         )
-        self._goal, self._settings = np.array(goal), settings
+        self._settings = settings
         self._impact = EventSettings().impact
         self._seen = 0
         self._place, self._got_there = np.array(world.start[:2]), 0
 
-    def verdict(self, way: DriveInProgress) -> Outcome | None:
-        """How the trial has ended at this step, or None where it goes on."""
+    def verdict(self, way: DriveInProgress, situation: Situation) -> Outcome | None:
+        """How the trial has ended at this step, or None where it goes on.
+
+        The robot has arrived where its odometry says so: nothing tells it more of a goal that was
+        given by odometry. All else is as it is in the world.
+
+        Args:
+            way: What really happens.
+            situation: What the robot knows of it.
+        """
         place = np.array(way.state.pose[:2])
         contacts, self._seen = way.contacts(self._seen), way.steps
         if (contacts.impact >= self._impact).any():
             return "collision"
-        if np.hypot(*(place - self._goal)) <= self._settings.goal_radius:
+        if np.hypot(*np.subtract(situation.goal, situation.pose[:2])) <= self._settings.goal_radius:
             return "success"
         if (contacts.stopped | contacts.entangled).any() and self._is_stuck(way):
             return "stuck"

@@ -18,7 +18,7 @@ from pipelines.trials.referee import Referee
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses, Situations
 from pipelines.trials.trial import Outcome
-from planners.situation import Planner
+from planners.situation import Planner, Situation
 
 STANDING_STEPS = 20
 """Steps that the robot stands at first, so that its sensors have something to say."""
@@ -74,20 +74,22 @@ def run_trial(field: Field, planner: Planner, settings: TrialSettings, senses: S
     drawn = part_generator(scenario, field.seed, "motion")
     way = DriveInProgress(world, robot, scenario.motion, settings.time_limit_s, drawn)
     situations = Situations(field, scenario.goal, senses, settings.history_s)
-    referee = Referee(world, scenario.goal, settings)
+    referee = Referee(world, settings)
     logbook = Logbook(world, robot, scenario.motion.mechanics)
     way.advance((0.0, 0.0), STANDING_STEPS)
-    outcome = referee.verdict(way)
+    outcome = None
     while outcome is None:
-        entry = _ask(planner, situations, way)
-        logbook.entries.append(entry)
-        way.advance(entry.velocity, settings.control_steps)
-        outcome = referee.verdict(way)
+        situation = situations.now(way)
+        outcome = referee.verdict(way, situation)
+        if outcome is None:
+            entry = _ask(planner, situation, way)
+            logbook.entries.append(entry)
+            way.advance(entry.velocity, settings.control_steps)
     return Run(outcome, way.drive(), logbook)
 
 
-def _ask(planner: Planner, situations: Situations, way: DriveInProgress) -> Entry:
-    situation, pose = situations.now(way), way.state.pose
+def _ask(planner: Planner, situation: Situation, way: DriveInProgress) -> Entry:
+    pose = way.state.pose
     begun = time.perf_counter()
     command = planner.command(situation)
     took = time.perf_counter() - begun

@@ -16,7 +16,7 @@ class TrialSettings(Settings):
     """How a trial is run, and when it is over."""
 
     goal_radius: Annotated[float, Field(gt=0, le=10)] = 0.6
-    """Metres from the goal to base_link at which the robot has arrived."""
+    """Metres from the goal to base_link, by odometry, at which the robot has arrived."""
     time_limit_s: Annotated[float, Field(ge=1, le=36_000)] = 90.0
     """Seconds after which a trial has failed."""
     control_period_s: Annotated[float, Field(ge=STEP_S, le=10)] = 0.1

@@ -74,19 +74,56 @@ def test_a_map_of_one_cost_is_charged_by_the_way(robot: Robot) -> None:
     assert charged == pytest.approx([0.3 * 1.2 / CELL_M, 0.3 * 0.6 / CELL_M], rel=1e-5)
 
 
-def test_a_roll_out_is_admissible_while_it_can_stop_before_the_wall(robot: Robot) -> None:
+def test_what_is_beside_the_robot_counts_within_its_berth(robot: Robot) -> None:
+    body = body_discs(robot.footprint, BodySettings(count=5, margin=0.0))
+    post = walls(at((1.4, 0.35), (1.6, 0.55)))
+    straight = np.array([[0.6, 0.0]])
+    narrow, wide = (
+        MapRollOuts(post, ORIGIN, robot.footprint, body, berth=berth).cost(straight, 3.0, 60)
+        for berth in (0.0, 0.3)
+    )
+    assert narrow == 0
+    # Each of the post's 4 x 4 cells counts for as long as the wide disc is over it, per cell of the
+    # body's own disc.
+    disc, aside = (0.273 + 0.3) / CELL_M, np.array([7.5, 8.5, 9.5, 10.5])
+    over = 2 * np.sqrt(disc**2 - aside**2)
+    assert wide == pytest.approx(4 * over.sum() / (np.pi * (0.273 / CELL_M) ** 2), rel=0.2)
+
+
+def test_a_roll_out_keeps_off_barred_cells_by_the_margin(robot: Robot) -> None:
+    # Nose disc: 0.44 m ahead, radius 0.273 m; in 3 s it comes 1.8 m further.
+    body = body_discs(robot.footprint, BodySettings(count=5, margin=0.0))
+    fast, slow = np.array([[0.6, 0.0]]), np.array([[0.1, 0.0]])
+    for gap, expected in ((2.1, True), (1.85, False), (1.7, False)):
+        edge = 0.44 + 0.273 + gap
+        seen = walls(at((edge, -6.0), (edge + 1, 6.0)))
+        ground = MapRollOuts(seen, ORIGIN, robot.footprint, body, margin=0.15)
+        assert ground.free(fast, 3.0, 30).tolist() == [expected]
+        assert ground.free(slow, 3.0, 30).tolist() == [True]
+
+
+def test_there_is_room_while_the_robot_can_stop_before_the_wall(robot: Robot) -> None:
     # Nose disc: 0.44 m ahead, radius 0.273 m. At 0.6 m/s the robot needs 0.12 + 0.18 m to stand.
     fast = np.array([[0.6, 0.0]])
     for gap, expected in ((0.5, True), (0.2, False)):
         edge = 0.44 + 0.273 + gap
         seen = on(walls(at((edge, -6.0), (edge + 1, 6.0))), robot)
-        assert seen.admissible(fast, LIMITS, 0.2).tolist() == [expected]
-        assert seen.admissible(np.array([[0.1, 0.0]]), LIMITS, 0.2).tolist() == [True]
+        assert seen.room(fast, LIMITS, 0.2).tolist() == [expected]
+        assert seen.room(np.array([[0.1, 0.0]]), LIMITS, 0.2).tolist() == [True]
 
 
 def test_cells_under_the_robot_do_not_hold_it(robot: Robot) -> None:
     seen = on(walls(at((-0.5, -0.2), (0.5, 0.2))), robot)
-    assert seen.admissible(np.array([[0.6, 0.0], [0.0, 0.6]]), LIMITS, 0.2).all()
+    moves = np.array([[0.6, 0.0], [0.0, 0.6]])
+    assert seen.room(moves, LIMITS, 0.2).all()
+    assert seen.free(moves, 3.0, 30).all()
+
+
+def test_inflation_about_the_robot_does_not_hold_it_either(robot: Robot) -> None:
+    beside = walls(at((-0.5, -0.38), (0.5, 0.38)))
+    inflated = replace(beside, solid=np.zeros_like(beside.solid))
+    assert on(inflated, robot).free(np.array([[0.6, 0.0]]), 3.0, 30).all()
+    assert not on(beside, robot).free(np.array([[0.6, 0.0]]), 3.0, 30).any()
 
 
 def test_the_map_stays_where_it_was_taken(robot: Robot) -> None:
@@ -97,7 +134,7 @@ def test_the_map_stays_where_it_was_taken(robot: Robot) -> None:
     assert aside.cost(straight, 3.0, 30) == pytest.approx(0, abs=1e-9)
     near = MapRollOuts(wall, (0.6, 0.0, 0.0), shape, body)
     assert near.cost(straight, 3.0, 30) > 0
-    assert not near.admissible(straight, LIMITS, 0.2).all()
+    assert not near.free(straight, 3.0, 30).all()
 
 
 def test_it_drives_to_the_goal_on_an_empty_map(robot: Robot, situation: Situations) -> None:
@@ -146,7 +183,7 @@ def test_more_cost_never_makes_an_arc_better(robot: Robot, seed: int) -> None:
     for cost in (low, high):
         seen = CostMap(cost, cost > 0.5, cost > 0.5, 0.1, ORIGIN, NOW)
         sums.append(on(seen, robot).cost(velocities, 3.0, 30))
-        free.append(on(seen, robot).admissible(velocities, LIMITS, 0.2))
+        free.append(on(seen, robot).free(velocities, 3.0, 30))
     assert (sums[1] >= sums[0] - 1e-5).all()
     assert (free[0] | ~free[1]).all()
 

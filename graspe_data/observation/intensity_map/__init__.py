@@ -8,7 +8,7 @@ from graspe_data.observation.intensity_map.classes import (
     ClassSettings,
     classify_cells,
 )
-from graspe_data.observation.intensity_map.glass import GlassSettings, glass_layer
+from graspe_data.observation.intensity_map.glass import GlassSettings, extend_glass, glass_layer
 from graspe_data.observation.intensity_map.glass_memory import GlassMemory, remember_glass
 from graspe_data.observation.intensity_map.grid import GridSettings
 from graspe_data.observation.intensity_map.inflation import (
@@ -42,6 +42,7 @@ __all__ = [
     "PlanningMapSettings",
     "ReturnSettings",
     "classify_cells",
+    "extend_glass",
     "glass_layer",
     "inflate",
     "inflation_kernel",

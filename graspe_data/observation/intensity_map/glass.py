@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Self
 
 import cv2
@@ -24,6 +25,10 @@ class GlassSettings(Settings):
     """The layer about the lidar's plane, in which glass returns a little."""
     margin: Annotated[int, Field(ge=0, le=20)] = 0
     """Cells that the low layer also counts in all around; 0 is the printed difference."""
+    extend: Annotated[int, Field(ge=0, le=100)] = 0
+    """Cells by which a glint stands for the pane about it, to both sides; see ``extend_glass``."""
+    smallest: Annotated[int, Field(ge=1, le=1000)] = 4
+    """Cells of a glint from which it is extended."""
     memory_s: Annotated[float, Field(gt=0)] = 7.5
     """Time constant of forgetting: 25 updates of every third cloud at 10 Hz."""
     faintest: Annotated[float, Field(ge=0, lt=1)] = 0.02
@@ -63,3 +68,50 @@ def glass_layer(layers: Map, settings: GlassSettings) -> Map:
         low = np.asarray(cv2.dilate(low, np.ones((side, side), np.uint8)), np.float32)
     left: Map = np.maximum(layers[settings.middle] - low, np.float32(0))
     return left
+
+
+def extend_glass(glass: Map, eye: tuple[float, float], settings: GlassSettings) -> Map:
+    """Draw the pane about each glint: a line through its centre, square to the line of sight.
+
+    A pane sends a beam back only where it meets it squarely, so that much of it is never seen, and
+    that much is sure of its direction. From a later program of the paper's authors, which draws 20
+    cells to each side; the paper does not have it.
+
+    Args:
+        glass: float32 (n, n), 0..1, of one cloud; see ``glass_layer``.
+        eye: Row and column of the lidar, which may be fractions.
+        settings: ``extend``, ``smallest``; below ``faintest`` is no glint.
+
+    Returns:
+        float32 (n, n): no cell is lower than before, those of a line as high as its glint's
+        greatest.
+    """
+    if not settings.extend:
+        return glass
+    glints = (glass > np.float32(settings.faintest)).astype(np.uint8)
+    count, label, stats, centres = cv2.connectedComponentsWithStats(glints, connectivity=8)
+    drawn = glass.copy()
+    for each in range(1, count):
+        left, top, width, height, area = stats[each].tolist()
+        if area >= settings.smallest:
+            box = np.s_[top : top + height, left : left + width]
+            strength = glass[box][label[box] == each].max()
+            column, row = centres[each].tolist()
+            cells = _square_to_sight((row, column), eye, settings.extend, len(glass))
+            drawn[cells] = np.maximum(drawn[cells], strength)
+    return drawn
+
+
+def _square_to_sight(
+    centre: tuple[float, float], eye: tuple[float, float], reach: int, side: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of a line in half-cell steps, ``reach`` cells to both sides."""
+    down, right = centre[0] - eye[0], centre[1] - eye[1]
+    distance = math.hypot(down, right)
+    if distance == 0:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    along = np.arange(-2 * reach, 2 * reach + 1) / 2
+    row = np.rint(centre[0] - along * right / distance).astype(np.int64)
+    column = np.rint(centre[1] + along * down / distance).astype(np.int64)
+    inside = (row >= 0) & (row < side) & (column >= 0) & (column < side)
+    return row[inside], column[inside]

@@ -13,7 +13,7 @@ from graspe_data.observation.intensity_map.classes import (
     ClassSettings,
     classify_cells,
 )
-from graspe_data.observation.intensity_map.glass import GlassSettings, glass_layer
+from graspe_data.observation.intensity_map.glass import GlassSettings, extend_glass, glass_layer
 from graspe_data.observation.intensity_map.glass_memory import GlassMemory, Pose, remember_glass
 from graspe_data.observation.intensity_map.inflation import (
     InflationSettings,
@@ -38,11 +38,13 @@ class Moment:
     """When and where a cloud was taken.
 
     ``pose``: x, y in metres and yaw in rad, odometry frame. ``goal``: x, y in metres, base_link.
+    ``eye``: of the lidar, x, y in metres, base_link.
     """
 
     stamp_ns: int
     pose: Pose
     goal: tuple[float, float]
+    eye: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -100,5 +102,6 @@ def _glass(
 ) -> tuple[Map, GlassMemory | None]:
     if settings is None:
         return np.zeros(layers.shape[1:], np.float32), None
-    fresh = glass_layer(layers, settings)
+    row, column = (layers.shape[1] / 2 - 0.5 - metres / cell_m for metres in moment.eye)
+    fresh = extend_glass(glass_layer(layers, settings), (row, column), settings)
     return remember_glass(memory, fresh, moment.pose, moment.stamp_ns, cell_m, settings)

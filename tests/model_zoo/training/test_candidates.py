@@ -14,6 +14,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from model_zoo.contract import Features, Observation, SuccessModel
 from model_zoo.masked_cross_entropy import masked_cross_entropy
+from model_zoo.models.paad import Paad
 from model_zoo.registry import create_model
 from model_zoo.training.candidates import (
     CANDIDATE_COLUMNS,
@@ -215,6 +216,7 @@ def test_the_ranking_counts_as_a_cross_entropy_of_the_same_size_does() -> None:
     loss = paad.loss(rows, success, mask, torch.ones(2))
     assert loss.entropy_scale == 2.0 * paad.horizon
     mean = masked_cross_entropy(loss.logits, success, mask, torch.ones(2))
+    assert isinstance(paad, Paad)
     part = paad.alpha * loss.parts["cross_entropy"]
     torch.testing.assert_close(part, loss.entropy_scale * mean)
 
