@@ -16,6 +16,7 @@ from graspe_data.simulation.field import Field
 from graspe_data.simulation.truth.cell_counts import CountSettings
 from planners.cost_map import MapSource
 from planners.dwa_map import MapDwaSettings
+from planners.glass_peaks import PeakSettings
 from planners.glass_slam_source import GlassSlamSettings, GlassSlamSource
 from planners.intensity_source import IntensityMapSettings, IntensitySource
 from planners.occupancy_source import OccupancySettings, OccupancySource
@@ -27,11 +28,15 @@ MAP_METHODS: Final = (MIM, UNIFORM, OCCUPANCY, GLASS)
 FIELD_LAYERS: Final = LayerSettings(cell="max")
 """In this field a sum of returns tells how near grass is rather than how solid it is."""
 FIELD_PLANNING: Final = PlanningMapSettings(
-    classes=ClassSettings(reading="each", threshold=0.48),
-    glass=GlassSettings(margin=3, extend=15),
+    classes=ClassSettings(reading="each", threshold=0.48, rim=0.3),
+    glass=GlassSettings(margin=3, extend=12),
 )
 """Beads hang through all layers, and reflect 0.45; stalks of grass that only one layer shows are no
-glass; and of a pane is seen what the lidar looks at squarely."""
+glass; of a pane is seen what the lidar looks at squarely; and the rim of a bush is dim."""
+
+
+FIELD_PEAKS: Final = PeakSettings(least=60.0, step=30.0)
+"""Half of what the detector's authors took: a simulated pane's glint reaches 115 of 255."""
 
 
 class MapScoreSettings(CountSettings):
@@ -52,7 +57,7 @@ class MapSettings(Settings):
     """Of ``mim``, and of ``mim_uniform`` but for the form of its inflation."""
     occupancy: OccupancySettings = OccupancySettings()
     """Of ``dwa_map``."""
-    glass_slam: GlassSlamSettings = GlassSlamSettings()
+    glass_slam: GlassSlamSettings = GlassSlamSettings(peaks=FIELD_PEAKS)
     """Of ``glass_slam``."""
     score: MapScoreSettings = MapScoreSettings()
     """How their maps are compared with the world."""

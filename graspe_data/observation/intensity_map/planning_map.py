@@ -86,7 +86,7 @@ def planning_map(
         ObservationError: The goal is where the robot is, or there is no layer to find glass in.
     """
     classes, one = classify_cells(layers, settings.classes), np.float32(1)
-    glass, after = _glass(layers, moment, memory, cell_m, settings.glass)
+    glass, after = _glass(layers, classes, moment, memory, cell_m, settings.glass)
     kernel = inflation_kernel(moment.goal, settings.inflation)
     inflated = inflate(np.minimum(classes.true_positive + glass, one), kernel)
     cost = np.minimum(inflated + classes.false_positive, one)
@@ -95,6 +95,7 @@ def planning_map(
 
 def _glass(
     layers: Map,
+    classes: CellClasses,
     moment: Moment,
     memory: GlassMemory | None,
     cell_m: float,
@@ -103,5 +104,6 @@ def _glass(
     if settings is None:
         return np.zeros(layers.shape[1:], np.float32), None
     row, column = (layers.shape[1] / 2 - 0.5 - metres / cell_m for metres in moment.eye)
-    fresh = extend_glass(glass_layer(layers, settings), (row, column), settings)
+    fresh = glass_layer(layers, settings)
+    fresh = extend_glass(fresh, layers, classes, (row, column), settings)
     return remember_glass(memory, fresh, moment.pose, moment.stamp_ns, cell_m, settings)
