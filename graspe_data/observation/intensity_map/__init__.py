@@ -8,7 +8,7 @@ from graspe_data.observation.intensity_map.classes import (
     ClassSettings,
     classify_cells,
 )
-from graspe_data.observation.intensity_map.glass import GlassSettings, extend_glass, glass_layer
+from graspe_data.observation.intensity_map.glass import GlassSettings, glass_layer
 from graspe_data.observation.intensity_map.glass_memory import GlassMemory, remember_glass
 from graspe_data.observation.intensity_map.grid import GridSettings
 from graspe_data.observation.intensity_map.inflation import (
@@ -21,6 +21,7 @@ from graspe_data.observation.intensity_map.layers import (
     ReturnSettings,
     intensity_layers,
 )
+from graspe_data.observation.intensity_map.panes import extend_glass
 from graspe_data.observation.intensity_map.planning_map import (
     Moment,
     PlanningMap,

@@ -13,13 +13,14 @@ from graspe_data.observation.intensity_map.classes import (
     ClassSettings,
     classify_cells,
 )
-from graspe_data.observation.intensity_map.glass import GlassSettings, extend_glass, glass_layer
+from graspe_data.observation.intensity_map.glass import GlassSettings, glass_layer
 from graspe_data.observation.intensity_map.glass_memory import GlassMemory, Pose, remember_glass
 from graspe_data.observation.intensity_map.inflation import (
     InflationSettings,
     inflate,
     inflation_kernel,
 )
+from graspe_data.observation.intensity_map.panes import extend_glass
 
 Map = NDArray[np.float32]
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from graspe_data.observation.intensity_map.classes import ClassSettings, classify_cells
 from tests.graspe_data.observation.intensity_map.slow_reference import slow_classes
@@ -65,3 +66,24 @@ def test_the_readings_differ_where_several_layers_are_faint(reading: Any, solid:
 def test_gamma_itself_is_pliable() -> None:
     values = np.full((1, 1, 1), 0.6, np.float32)
     assert classify_cells(values, ClassSettings(threshold=0.6)).false_positive[0, 0] > 0
+
+
+@given(seed=st.integers(0, 1000), cells=st.integers(1, 3))
+def test_a_rim_is_what_is_less_faint_and_near_something_solid(seed: int, cells: int) -> None:
+    values = layers_of(seed)
+    printed = classify_cells(values, ClassSettings(threshold=0.5, reading="each"))
+    settings = ClassSettings(threshold=0.5, reading="each", rim=0.3, rim_cells=cells)
+    found = classify_cells(values, settings)
+    rows, columns = np.nonzero(printed.true_positive)
+    for row, column in np.ndindex(found.true_positive.shape):
+        near = (np.maximum(abs(rows - row), abs(columns - column)) <= cells).any()
+        strong = values[:, row, column].max() > np.float32(0.3)
+        solid = printed.true_positive[row, column] > 0 or (near and strong)
+        assert bool(found.true_positive[row, column] > 0) == bool(solid)
+    both = found.true_positive + found.false_positive
+    assert np.array_equal(both, printed.true_positive + printed.false_positive)
+
+
+def test_a_rim_above_gamma_is_refused() -> None:
+    with pytest.raises(ValidationError, match=r"rim 0\.7 is above threshold 0\.6"):
+        ClassSettings(rim=0.7)
