@@ -22,6 +22,9 @@ from planners.velocity_window import WindowSettings, velocity_window
 Floats = NDArray[np.float64]
 Weight = Annotated[float, Field(ge=0)]
 
+_CRAWLS = 3
+"""Yaw rates to each side at which a way out is looked for."""
+
 
 class MapDwaSettings(Settings):
     """Gains, roll-out and body; the gains are those of the groups' code for Spot."""
@@ -53,7 +56,7 @@ class DwaMap:
     """Chooses the roll-out of the least cost among those that keep off barred cells.
 
     cost(v, w) = to_goal |goal - end| + speed (v_max - v) + obstacle obs(v, w). With none left it
-    rotates on the spot, where the body's cells are free of solid ones, or stops.
+    rotates on the spot or crawls on, where the body keeps clear of solid cells, or stops.
     """
 
     def __init__(
@@ -79,9 +82,9 @@ class DwaMap:
         window = velocity_window(limits, situation.velocity, settings.window).velocities
         steps = max(1, round(settings.predict_s / settings.step_s))
         velocities = window[ground.free(window, settings.predict_s, steps)]
-        cost = self._cost(velocities, ground, goal_in_base(situation), steps)
         if len(velocities) == 0:
-            return self._turn(situation, seen, ground)
+            return self._get_away(situation, seen, ground, window[:, 0].min())
+        cost = self._cost(velocities, ground, goal_in_base(situation), steps)
         best = int(np.argmin(cost))
         v, omega = velocities[best].tolist()
         return Command(v, omega, considered=Considered(velocities, -cost, None, best))
@@ -94,16 +97,22 @@ class DwaMap:
         cost += settings.speed * (self._limits.linear_velocity[1] - v)
         return cost + settings.obstacle * ground.cost(velocities, settings.predict_s, steps)
 
-    def _turn(self, situation: Situation, seen: CostMap, ground: MapRollOuts) -> Command:
+    def _get_away(
+        self, situation: Situation, seen: CostMap, ground: MapRollOuts, slowest: float
+    ) -> Command:
+        """Turn as begun; where that is blocked, crawl; else turn the other way; else stop."""
         settings, limits = self._settings, self._limits
         error = float(heading_error(np.zeros(3), goal_in_base(situation)))
         points = _points_now(seen, situation)
         turns = turns_on_the_spot(limits, situation.velocity[1], error, points, settings.turn)
+        rates = np.linspace(*limits.yaw_rate, 2 * _CRAWLS + 1)
+        crawls = np.stack((np.full(len(rates), slowest), rates), axis=1)
+        away = -np.sign(turns[:1, 1].sum()) * rates
+        moves = np.concatenate((turns[:1], crawls[np.argsort(away)], turns[1:]))
         considered = Considered(np.empty((0, 2)), np.empty(0), None, None)
-        free = ground.room(turns, limits, settings.reaction_s)
-        for _, omega in turns[free].tolist():
-            reason = "all roll-outs meet barred cells: turning on the spot"
-            return Command(0.0, omega, reason, considered)
+        for v, omega in moves[ground.room(moves, limits, settings.reaction_s)].tolist():
+            what = "crawling on" if v else "turning on the spot"
+            return Command(v, omega, f"all roll-outs meet barred cells: {what}", considered)
         return Command(0.0, 0.0, "all roll-outs meet barred cells: stop", considered)
 
 
