@@ -164,6 +164,16 @@ def test_shut_in_it_stops(robot: Robot, situation: Situations) -> None:
     assert command.reason == "all roll-outs meet barred cells: stop"
 
 
+def test_where_it_can_neither_keep_off_nor_turn_it_crawls_on(
+    robot: Robot, situation: Situations
+) -> None:
+    alley = Shows(walls(~at((-6.0, -0.31), (6.0, 0.31))))
+    slow = MapDwaSettings(reaction_s=1.0)
+    command = DwaMap(robot, alley, slow).command(situation(velocity=(0.0, 0.0)))
+    assert command.reason == "all roll-outs meet barred cells: crawling on"
+    assert command.linear_velocity == pytest.approx(0.1)
+
+
 def test_pliable_cells_are_driven_through(robot: Robot, situation: Situations) -> None:
     cost = np.where(at((1.0, -1.0), (1.6, 1.0)), np.float32(0.15), np.float32(0))
     free = np.zeros((CELLS, CELLS), np.bool_)
