@@ -45,9 +45,9 @@ class GraspeSettings(Settings):
 class GraspePlanner:
     """Drives the best velocity that the model accepts; any bundle can be the model.
 
-    A model that does not look at candidates (NMFNet) accepts or rejects the scene as a whole. It
-    judges the motion under way, so a rejection forbids all of V_r but not a rotation on the spot,
-    by which the robot looks for a scene that is accepted.
+    Where all of V_r are rejected the robot rotates on the spot, if equation (8) leaves that, and so
+    looks for a way that is accepted. The model is not asked about rotations: what it was taught
+    leads somewhere, and a robot that may neither drive nor look around stays for good.
     """
 
     def __init__(
@@ -66,8 +66,7 @@ class GraspePlanner:
     def command(self, situation: Situation) -> Command:
         """The first velocity in the order of Q with min(E) >= e_th; else a turn; else a stop.
 
-        All candidates, the rotations on the spot for the case that none is left included, are
-        scored in one call.
+        All candidates are scored in one call.
 
         Raises:
             PlannerError: Sensor data are missing, or the bundle does not answer.
@@ -77,19 +76,14 @@ class GraspePlanner:
         half_angle = self._scorer.contract.observation.points.laser_scan.half_angle
         points = scan_points(scene.observation.laser_scan, half_angle)
         candidates, quality = self._restricted(situation, points, scene)
-        turns = self._turns(situation, points, scene)
-        if len(candidates) + len(turns) == 0:
-            return Command(0.0, 0.0, "no velocity is free of collision and in view: stop")
-        success = self._scorer.judge(scene, np.concatenate((candidates, turns)))
-        accepted = success.min(axis=1) >= self._e_th
-        count = len(candidates)
-        considered = Considered(candidates, quality, success[:count], None)
-        chosen = _first_accepted(quality, accepted[:count])
+        success = self._scorer.judge(scene, candidates) if len(candidates) else None
+        considered = Considered(candidates, quality, success, None)
+        accepted = () if success is None else success.min(axis=1) >= self._e_th
+        chosen = _first_accepted(quality, np.asarray(accepted, np.bool_))
         if chosen is not None:
             v, omega = candidates[chosen].tolist()
             return Command(v, omega, considered=replace(considered, chosen=chosen))
-        uses_candidates = self._scorer.contract.uses_candidates
-        return _turn_or_stop(turns[accepted[count:]] if uses_candidates else turns, considered)
+        return _turn_or_stop(self._turns(situation, points, scene), considered)
 
     def _restricted(
         self, situation: Situation, points: Floats, scene: Scene
@@ -131,4 +125,4 @@ def _first_accepted(quality: Floats, accepted: Mask) -> int | None:
 def _turn_or_stop(turns: Floats, considered: Considered) -> Command:
     for _, omega in turns.tolist():
         return Command(0.0, omega, "no candidate is accepted: turning on the spot", considered)
-    return Command(0.0, 0.0, "no candidate and no rotation is accepted: stop", considered)
+    return Command(0.0, 0.0, "no candidate is accepted, and no rotation is free: stop", considered)
