@@ -69,9 +69,9 @@ class DwaLab:
             self._limits, situation.velocity, self._settings.window
         ).velocities
         cost = self._cost(velocities, points, goal_in_base(situation))
-        best = int(np.argmin(cost))
-        if np.isinf(cost[best]):
+        if not np.isfinite(cost).any():
             return self._turn(situation, points, Considered(velocities, -cost, None, None))
+        best = int(np.nanargmin(cost))
         v, omega = velocities[best].tolist()
         return Command(v, omega, considered=Considered(velocities, -cost, None, best))
 

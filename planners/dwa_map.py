@@ -27,7 +27,7 @@ _CRAWLS = 3
 
 
 class MapDwaSettings(Settings):
-    """Gains, roll-out and body; the gains are those of the groups' code for Spot."""
+    """Gains, roll-out and body; the gains but ``obstacle`` are those of the groups' for Spot."""
 
     window: WindowSettings = WindowSettings()
     turn: TurnSettings = TurnSettings()
@@ -49,7 +49,7 @@ class MapDwaSettings(Settings):
     step_s: Annotated[float, Field(ge=0.01, le=1)] = 0.1
     """Time between its poses."""
     reaction_s: Annotated[float, Field(ge=0)] = 0.2
-    """Time between a command and its effect, for the room that a rotation on the spot takes."""
+    """Time between a command and its effect, for the room that a turn or a crawl takes."""
 
 
 class DwaMap:
@@ -69,7 +69,7 @@ class DwaMap:
         self._body = body_discs(robot.footprint, self._settings.body)
 
     def command(self, situation: Situation) -> Command:
-        """The cheapest admissible velocity; with none left, a rotation on the spot, or a stop.
+        """The cheapest velocity whose roll-out is free; else a way out of here, or a stop.
 
         Raises:
             PlannerError: There is no cloud, or no map can be made of it.
@@ -83,8 +83,10 @@ class DwaMap:
         steps = max(1, round(settings.predict_s / settings.step_s))
         velocities = window[ground.free(window, settings.predict_s, steps)]
         if len(velocities) == 0:
-            return self._get_away(situation, seen, ground, window[:, 0].min())
+            return self._get_away(situation, seen, ground, _slowest(window))
         cost = self._cost(velocities, ground, goal_in_base(situation), steps)
+        if not np.isfinite(cost).all():
+            return Command(0.0, 0.0, "the cost of roll-outs is no number: stop")
         best = int(np.argmin(cost))
         v, omega = velocities[best].tolist()
         return Command(v, omega, considered=Considered(velocities, -cost, None, best))
@@ -105,15 +107,24 @@ class DwaMap:
         error = float(heading_error(np.zeros(3), goal_in_base(situation)))
         points = _points_now(seen, situation)
         turns = turns_on_the_spot(limits, situation.velocity[1], error, points, settings.turn)
-        rates = np.linspace(*limits.yaw_rate, 2 * _CRAWLS + 1)
+        rates = np.union1d(np.linspace(*limits.yaw_rate, 2 * _CRAWLS + 1), 0.0)
+        rates = rates[: len(rates) if slowest else 0]
         crawls = np.stack((np.full(len(rates), slowest), rates), axis=1)
-        away = -np.sign(turns[:1, 1].sum()) * rates
-        moves = np.concatenate((turns[:1], crawls[np.argsort(away)], turns[1:]))
+        preferred = turns[0, 1] if len(turns) else error
+        to_that_side = np.argsort(-np.sign(preferred) * rates)
+        moves = np.concatenate((turns[:1], crawls[to_that_side], turns[1:]))
         considered = Considered(np.empty((0, 2)), np.empty(0), None, None)
         for v, omega in moves[ground.room(moves, limits, settings.reaction_s)].tolist():
             what = "crawling on" if v else "turning on the spot"
             return Command(v, omega, f"all roll-outs meet barred cells: {what}", considered)
         return Command(0.0, 0.0, "all roll-outs meet barred cells: stop", considered)
+
+
+def _slowest(window: Floats) -> float:
+    """The slowest velocity ahead, m/s; where there is none, the slowest; 0 where there is none."""
+    ahead = window[window[:, 0] > 0, 0]
+    speeds = ahead if len(ahead) else window[:, 0]
+    return float(speeds[np.argmin(np.abs(speeds))]) if len(speeds) else 0.0
 
 
 def _points_now(seen: CostMap, situation: Situation) -> Floats:

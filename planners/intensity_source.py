@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.geometry import Transform
@@ -37,6 +37,13 @@ class IntensityMapSettings(Settings):
     solid: Annotated[float, Field(gt=0, le=1)] = 0.25
     """Of I_TP + I_FN, from which a cell is held for solid. I_TP is above Gamma, so this is how
     faint glass may be: full strength is remembered for 1.4 of its time constant."""
+
+    @model_validator(mode="after")
+    def _rims_are_solid(self) -> Self:
+        rim = self.planning.classes.rim
+        if rim is not None and rim < self.solid:
+            raise ValueError(f"planning.classes.rim {rim:g} is below solid {self.solid:g}")
+        return self
 
 
 class IntensitySource:

@@ -23,14 +23,14 @@ Pose = tuple[float, float, float]
 _BESIDE = 0.15
 """Metres about the robot in which inflation bars nothing: it is there already, and may get out."""
 _BRAKING_POSES = 10
-"""Looked at along the way until the robot stands; a few centimetres apart."""
+"""Looked at along the way until the robot stands, at least; no more than a cell apart."""
 
 
 class MapRollOuts:
     """A cost map under a robot's body, which stands where it is asked about.
 
     The body is a row of discs (see ``body_discs``). Cells within the footprint where the robot
-    stands are free: it stands there.
+    stands bar nothing, nor does inflation close beside it: it stands there.
     """
 
     def __init__(
@@ -44,7 +44,8 @@ class MapRollOuts:
     ) -> None:
         """Take the map, where the robot is now (odometry frame), its footprint and its discs.
 
-        Roll-outs keep ``margin`` metres more off barred cells.
+        Roll-outs keep ``margin`` metres more off barred cells, and what they cost takes in cells
+        ``berth`` metres beside the body.
         """
         self._cell_m, self._offsets = seen.cell_m, body.discs[:, 0]
         self._origin = (*goal_seen_from(seen.pose, pose[:2]).tolist(), pose[2] - seen.pose[2])
@@ -62,9 +63,9 @@ class MapRollOuts:
     def cost(self, velocities: Floats, seconds: float, steps: int) -> Floats:
         """Equation (12), obs(v, w): the sum of the map's cells under each roll-out, float64 (K,).
 
-        The roll-out is the swath of the body's foremost disc. The sum is over its cells, divided by
-        the cells across it: so many cells in a row of cost 1, whatever the robot's width. It is
-        reckoned as the sum along the path of the disc's mean.
+        The roll-out is the swath of the body's foremost disc and the berth beside it. The sum is
+        over its cells, divided by the cells across the disc alone: without a berth so many cells in
+        a row of cost 1, whatever the robot's width; with one, as many more as the swath is wider.
 
         Args:
             velocities: (K, 2), m/s and rad/s.
@@ -95,6 +96,8 @@ class MapRollOuts:
     def room(self, velocities: Floats, limits: Limits, reaction_s: float) -> Mask:
         """Whether the robot can stop before its body runs over a solid cell, bool (K,).
 
+        It is taken to drive at the velocity already.
+
         Looked at is the arc that it drives until it stands, after it has reacted and braked:
         v t + v^2 / 2a, and the same of the rotation. Inflation keeps a robot off, it takes no room.
 
@@ -106,7 +109,9 @@ class MapRollOuts:
         v, omega = velocities.T
         metres = v * (reaction_s + np.abs(v) / (2 * limits.linear_acceleration))
         turned = omega * (reaction_s + np.abs(omega) / (2 * limits.yaw_acceleration))
-        paths = constant_velocity_arc(metres, turned, _BRAKING_POSES, 1 / _BRAKING_POSES)
+        farthest = float(np.abs(metres).max(initial=0.0))
+        poses = max(_BRAKING_POSES, math.ceil(farthest / self._cell_m))
+        paths = constant_velocity_arc(metres, turned, poses, 1 / poses)
         return self._keeps_off(self._solid, paths)
 
     def _keeps_off(self, reached: Mask, paths: Floats) -> Mask:

@@ -94,7 +94,7 @@ def _within(bounds: tuple[float, float], now: float, reach: float) -> tuple[floa
 def _axis(ends: tuple[float, float], step: float) -> Floats:
     """Multiples of a step between two ends, and the ends; none nearer to an end than half a step.
 
-    Zero is kept in any case: pure rotations and straight lines have no neighbour to stand for them.
+    Zero is kept in any case: straight lines have no neighbour to stand for them.
     """
     low, high = ends
     multiples = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step

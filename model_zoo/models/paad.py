@@ -151,7 +151,8 @@ class Paad(SuccessModel):
         }
         scan = means["reconstruction"] + means["divergence"]
         total = scan + self.alpha * means["cross_entropy"]
-        return Loss(total, logits, means, entropy_scale=self.alpha * self.horizon)
+        judged = float(_mean(mask.sum(dim=1).float(), weight))
+        return Loss(total, logits, means, entropy_scale=self.alpha * judged)
 
     def _ranges(self, observation: Observation) -> Tensor:
         settings = self.settings

@@ -127,6 +127,8 @@ class CloudMapper:
         begin = time.perf_counter()
         layers = intensity_layers(cloud, mounting, recipe.intensity_returns, settings)
         wanted, cell = self._request.planning, settings.grid.cell_m
+        eye = mounting.translation
+        moment = replace(moment, eye=(float(eye[0]), float(eye[1])))
         planned = planning_map(layers, moment, self._memory, cell, wanted)
         took = time.perf_counter() - begin
         self._memory = planned.memory

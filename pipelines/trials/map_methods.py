@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from pydantic import model_validator
+
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import (
     ClassSettings,
@@ -61,6 +63,28 @@ class MapSettings(Settings):
     """Of ``glass_slam``."""
     score: MapScoreSettings = MapScoreSettings()
     """How their maps are compared with the world."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _over_the_field(cls, given: object) -> object:
+        """What is not given stays as the field has it, also within a block that is given."""
+        if not isinstance(given, dict):
+            return given
+        held = {name: FIELD[name].model_dump() for name in FIELD if name in given}
+        return given | {name: _laid_over(held[name], given[name]) for name in held}
+
+
+FIELD: Final[dict[str, Settings]] = {
+    "intensity": IntensityMapSettings(layers=FIELD_LAYERS, planning=FIELD_PLANNING),
+    "glass_slam": GlassSlamSettings(peaks=FIELD_PEAKS),
+}
+"""The settings that differ in the simulated field from the library's."""
+
+
+def _laid_over(held: object, given: object) -> object:
+    if not (isinstance(held, dict) and isinstance(given, dict)):
+        return given
+    return held | {name: _laid_over(held.get(name), value) for name, value in given.items()}
 
 
 def map_settings(name: str, settings: MapSettings) -> list[Settings]:

@@ -174,6 +174,30 @@ def test_where_it_can_neither_keep_off_nor_turn_it_crawls_on(
     assert command.linear_velocity == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize("fastest", [0.0, -0.4])
+def test_a_robot_that_cannot_drive_ahead_is_told_something_all_the_same(
+    robot: Robot, situation: Situations, fastest: float
+) -> None:
+    limits = robot.limits.model_copy(update={"linear_velocity": (min(fastest, 0.0), 0.0)})
+    other = robot.model_copy(update={"limits": limits})
+    for seen in (walls(), walls(at((0.7, -6.0), (1.2, 6.0))), walls(~at((-0.7, -0.3), (0.7, 0.3)))):
+        command = DwaMap(other, Shows(seen)).command(situation(velocity=(0.0, 0.0)))
+        assert fastest <= command.linear_velocity <= 0
+
+
+def test_a_goal_that_is_no_number_stops_it(robot: Robot, situation: Situations) -> None:
+    lost = replace(situation(velocity=(0.3, 0.0)), goal=(float("nan"), 1.0))
+    command = DwaMap(robot, Shows(walls())).command(lost)
+    assert (command.linear_velocity, command.yaw_rate) == (0, 0)
+    assert "no number" in command.reason
+
+
+def test_no_speed_jumps_a_wall(robot: Robot) -> None:
+    thin = on(walls(at((2.0, -6.0), (2.1, 6.0))), robot)
+    speeds = np.array([[v, 0.0] for v in (6.0, 9.5, 12.0, 15.0, 19.0)])
+    assert not thin.room(speeds, LIMITS, 0.2).any()
+
+
 def test_pliable_cells_are_driven_through(robot: Robot, situation: Situations) -> None:
     cost = np.where(at((1.0, -1.0), (1.6, 1.0)), np.float32(0.15), np.float32(0))
     free = np.zeros((CELLS, CELLS), np.bool_)

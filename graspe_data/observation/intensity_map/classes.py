@@ -62,7 +62,7 @@ def classify_cells(layers: Map, settings: ClassSettings) -> CellClasses:
 
     Args:
         layers: float32 (layers, cells, cells), 0..1; see ``intensity_layers``.
-        settings: Gamma and the reading of (3).
+        settings: Gamma, the reading of (3), and the rim.
     """
     total = np.minimum(layers.sum(axis=0), np.float32(1))
     judged = total if settings.reading == "sum" else layers.max(axis=0)

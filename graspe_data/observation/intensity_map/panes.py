@@ -33,11 +33,12 @@ def extend_glass(
         classes: Of the cells of the same cloud. What is pliable within the margin of something
             solid is its rim, and no doorway.
         eye: Row and column of the lidar, which may be fractions.
-        settings: ``extend``, ``smallest``; below ``faintest`` is no glint.
+        settings: ``extend``, ``smallest``, the layers and the margin; below ``faintest`` is no
+            glint.
 
     Returns:
-        float32 (n, n): no cell is lower than before, those of a line as high as its glint's
-        greatest.
+        float32 (n, n): no cell is lower than before, those of a line at least as high as its
+        glint's greatest.
     """
     if not settings.extend:
         return glass
@@ -66,7 +67,7 @@ def _glints(glass: Map, settings: GlassSettings) -> list[tuple[Point, np.float32
 
 
 def _doorways(layers: Map, classes: CellClasses, settings: GlassSettings) -> Mask:
-    """The cells in which something pliable hangs from above to below the lidar's plane."""
+    """The cells in which something pliable reaches below the lidar's plane undiminished."""
     low, middle = layers[settings.low], layers[settings.middle]
     hangs = (classes.false_positive > 0) & (low > 0) & (low >= middle)
     return np.asarray(hangs & (grown(classes.true_positive, settings.margin) == 0))
