@@ -99,7 +99,8 @@ def draw_trials(world: World, trials: Sequence[Trial], goal_radius: float) -> by
 
 def _draw_obstacles(axes: Axes, obstacles: Obstacles) -> list[Patch]:
     """Footprints by material, what slows below what stops; returns the legend's entries."""
-    names = sorted(set(obstacles.material), key=lambda name: (name != "grass", name))
+    standing = set(obstacles.material) - HANGING.keys()
+    names = sorted(standing, key=lambda name: (name != "grass", name))
     for name in names:
         rows = [row for row, material in enumerate(obstacles.material) if material == name]
         outlines = [_outline(obstacles, row) for row in rows]
