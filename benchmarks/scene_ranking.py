@@ -130,7 +130,7 @@ def main() -> int:
     """Train with each weight of the ranking loss and number of steps, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="a dataset of `make field`")
-    parser.add_argument("--steps", type=int, nargs="+", default=[600, 2000])
+    parser.add_argument("--steps", type=int, nargs="+", default=[600, 1500])
     parser.add_argument("--ranking", type=float, nargs="+", default=[0.0, 1.0])
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
