@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from sklearn.metrics import roc_auc_score
 
+from benchmarks.publish import publish
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
@@ -67,10 +68,7 @@ def main() -> int:
         least = least_success(checkpoint, arguments.data, arguments.split, rows)
         lines.append(_line(f"{checkpoint.config.model} ({path.parent.name})", rank(through, least)))
         sys.stderr.write(lines[-1] + "\n")
-    table = "\n".join(lines) + "\n"
-    sys.stdout.write(table)
-    if arguments.out:
-        arguments.out.write_text(table)
+    publish(lines, arguments.out)
     return 0
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.publish import publish
 from graspe_data.simulation.field import Field, build_field, part_generator
 from graspe_data.simulation.motion.drive_in_progress import DriveInProgress
 from graspe_data.simulation.scenario import load_scenario
@@ -49,10 +50,7 @@ def main() -> int:
         contract = load_bundle(path).contract
         lines.append(_line(f"{contract.model}, {contract.preset}", planner, asked))
         sys.stderr.write(lines[-1] + "\n")
-    table = "\n".join(lines) + "\n"
-    sys.stdout.write(table)
-    if arguments.out:
-        arguments.out.write_text(table)
+    publish(lines, arguments.out)
     return 0
 
 

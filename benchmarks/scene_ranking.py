@@ -20,6 +20,7 @@ from torch import Tensor, nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
 from benchmarks.candidate_truth import rank
+from benchmarks.publish import publish
 from graspe_data.shards import Dataset
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
 from model_zoo.point_choice import choose_points
@@ -151,10 +152,7 @@ def main() -> int:
                 f"| {ranking:g} | {steps} | {found.pooled:.3f} | {found.within:.3f} | {took:.0f} |"
             )
             sys.stderr.write(lines[-1] + "\n")
-    table = "\n".join(lines) + "\n"
-    sys.stdout.write(table)
-    if arguments.out:
-        arguments.out.write_text(table)
+    publish(lines, arguments.out)
     return 0
 
 

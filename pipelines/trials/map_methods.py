@@ -26,7 +26,6 @@ from planners.occupancy_source import OccupancySettings, OccupancySource
 MIM, UNIFORM, OCCUPANCY, GLASS = "mim", "mim_uniform", "dwa_map", "glass_slam"
 MAP_METHODS: Final = (MIM, UNIFORM, OCCUPANCY, GLASS)
 
-
 FIELD_LAYERS: Final = LayerSettings(cell="max")
 """In this field a sum of returns tells how near grass is rather than how solid it is."""
 FIELD_PLANNING: Final = PlanningMapSettings(
@@ -35,8 +34,6 @@ FIELD_PLANNING: Final = PlanningMapSettings(
 )
 """Beads hang through all layers, and reflect 0.45; stalks of grass that only one layer shows are no
 glass; of a pane is seen what the lidar looks at squarely; and the rim of a bush is dim."""
-
-
 FIELD_PEAKS: Final = PeakSettings(least=60.0, step=30.0)
 """Half of what the detector's authors took: a simulated pane's glint reaches 115 of 255."""
 
@@ -70,15 +67,8 @@ class MapSettings(Settings):
         """What is not given stays as the field has it, also within a block that is given."""
         if not isinstance(given, dict):
             return given
-        held = {name: FIELD[name].model_dump() for name in FIELD if name in given}
-        return given | {name: _laid_over(held[name], given[name]) for name in held}
-
-
-FIELD: Final[dict[str, Settings]] = {
-    "intensity": IntensityMapSettings(layers=FIELD_LAYERS, planning=FIELD_PLANNING),
-    "glass_slam": GlassSlamSettings(peaks=FIELD_PEAKS),
-}
-"""The settings that differ in the simulated field from the library's."""
+        known = {name: cls.model_fields[name].default for name in given if name in cls.model_fields}
+        return given | {name: _laid_over(known[name].model_dump(), given[name]) for name in known}
 
 
 def _laid_over(held: object, given: object) -> object:
