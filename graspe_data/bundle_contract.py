@@ -64,6 +64,7 @@ class ObservationContract(Settings):
         points_tolerance_s: How old a cloud was at most when a picture was taken.
         horizon_steps: Steps of the trajectory drawn into the picture.
         horizon_step_s: Time between them.
+        drawn_from_behind: Metres behind the robot's camera from which the trajectory is drawn.
     """
 
     picture_size: tuple[Count, Count]
@@ -76,6 +77,7 @@ class ObservationContract(Settings):
     points_tolerance_s: Annotated[float, Field(ge=0)]
     horizon_steps: Count
     horizon_step_s: Seconds
+    drawn_from_behind: Annotated[float, Field(ge=0, le=100)] = 0.0
 
 
 class SensorPose(Settings):

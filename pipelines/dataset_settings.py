@@ -57,6 +57,13 @@ class HorizonSettings(Settings):
     step_s: Annotated[float, Field(gt=0)] = 0.3
 
 
+class TrajectoryImageSettings(Settings):
+    """How the arc is drawn."""
+
+    behind: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Metres behind the robot's camera from which it is seen; 0 as the camera itself sees it."""
+
+
 class WindowSettings(Settings):
     """The velocity history and the tolerances of synchronisation."""
 
@@ -141,6 +148,7 @@ class DatasetManifest(Settings):
     seed: int = 0
     window: WindowSettings = WindowSettings()
     horizon: HorizonSettings = HorizonSettings()
+    trajectory_image: TrajectoryImageSettings = TrajectoryImageSettings()
     image: ImageSettings = ImageSettings()
     points: PointSettings = PointSettings()
     intensity_map: LayerSettings = LayerSettings()

@@ -70,6 +70,7 @@ class Observer:
             line_width=contract.robot.footprint.width,
             steps=contract.observation.horizon_steps,
             step_s=contract.observation.horizon_step_s,
+            behind=contract.observation.drawn_from_behind,
         )
         self._drawn = DrawnTrajectories(drawing)
 

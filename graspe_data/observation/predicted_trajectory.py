@@ -20,8 +20,10 @@ LARGEST_TURN = 0.05
 class PredictedTrajectory:
     """One robot's camera and horizon, ready to draw any velocity.
 
-    ``intrinsics`` are those of the stored picture, ``base_height`` and ``line_width`` metres,
-    ``step_s`` seconds.
+    ``intrinsics`` are those of the stored picture, ``base_height``, ``line_width`` and ``behind``
+    metres, ``step_s`` seconds. It is drawn as a camera sees it that stands ``behind`` metres behind
+    the robot's own, at the same height and pitch: a camera on a robot does not see the ground
+    before its feet, and slow arcs end there.
     """
 
     intrinsics: Intrinsics
@@ -30,6 +32,7 @@ class PredictedTrajectory:
     line_width: float
     steps: int = 10
     step_s: float = 0.3
+    behind: float = 0.0
 
     def draw(self, v: float, omega: float) -> NDArray[np.bool_]:
         """The trajectory image, bool (H, W), of a velocity in m/s and rad/s.
@@ -39,6 +42,12 @@ class PredictedTrajectory:
         """
         parts = max(1, math.ceil(abs(omega) * self.step_s / LARGEST_TURN))
         arc = constant_velocity_arc(v, omega, self.steps * parts, self.step_s / parts)
+        mounting = self.base_from_camera
+        place = mounting.translation - np.array((self.behind, 0.0, 0.0))
         return trajectory_image(
-            arc, self.intrinsics, self.base_from_camera, self.base_height, self.line_width
+            arc,
+            self.intrinsics,
+            Transform(mounting.rotation, place),
+            self.base_height,
+            self.line_width,
         )

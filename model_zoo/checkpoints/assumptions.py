@@ -64,6 +64,10 @@ class _Horizon(_Part):
     step_s: Seconds
 
 
+class _TrajectoryImage(_Part):
+    behind: float = 0.0
+
+
 class _Image(_Part):
     width: Count
     height: Count
@@ -78,6 +82,7 @@ class _Points(_Part):
 class _Knobs(_Part):
     window: _Window
     horizon: _Horizon
+    trajectory_image: _TrajectoryImage = _TrajectoryImage()
     image: _Image
     points: _Points
     image_reliability: ImageReliabilitySettings
@@ -100,6 +105,7 @@ def _observation(knobs: _Knobs, robot: Robot) -> ObservationContract:
         **dict(window),
         horizon_steps=knobs.horizon.steps,
         horizon_step_s=knobs.horizon.step_s,
+        drawn_from_behind=knobs.trajectory_image.behind,
     )
 
 

@@ -42,6 +42,7 @@ def candidate_images(contract: BundleContract) -> NDArray[np.uint8]:
         line_width=contract.robot.footprint.width,
         steps=contract.observation.horizon_steps,
         step_s=contract.observation.horizon_step_s,
+        behind=contract.observation.drawn_from_behind,
     )
     return np.stack([drawing.draw(v, omega).view(np.uint8) for v, omega in mixed.tolist()])
 

@@ -117,6 +117,11 @@ def draw_candidates(scene: RowScene, velocities: Floats) -> NDArray[np.bool_]:
         )
     horizon = scene.recipe.dataset.horizon
     drawing = PredictedTrajectory(
-        *camera, robot.base_height, robot.footprint.width, horizon.steps, horizon.step_s
+        *camera,
+        base_height=robot.base_height,
+        line_width=robot.footprint.width,
+        steps=horizon.steps,
+        step_s=horizon.step_s,
+        behind=scene.recipe.dataset.trajectory_image.behind,
     )
     return np.stack([drawing.draw(v, omega) for v, omega in velocities.tolist()])

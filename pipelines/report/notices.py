@@ -48,7 +48,8 @@ def _empty_images(folder: Path, split: str, rows: int) -> str:
         return f"{text}; {stands}."
     return (
         f"{text}: {f'{stands}; in the others ' if standing else ''}the arc ends before the "
-        "picture's ground begins, or runs beside it. Lengthen the horizon or drive faster."
+        "picture's ground begins, or runs beside it. Lengthen the horizon, drive faster, or draw "
+        "it as from behind the camera: `trajectory_image: {behind: 1.0}` in the dataset's manifest."
     )
 
 

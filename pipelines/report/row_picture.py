@@ -122,7 +122,7 @@ def _picture(axes: Axes, scene: RowScene) -> None:
     height, width = image.shape[:2]
     axes.imshow(image, interpolation="bilinear", extent=(0, width, height, 0))
     for mask, colour, alpha, line in (
-        (scene.row["trajectory_image"].astype(bool), ARC, 0.5, "solid"),
+        (scene.ribbon, ARC, 0.5, "solid"),
         (scene.ribbon_ahead, AHEAD, 0.35, "dashed"),
         (scene.ribbon_beyond, AHEAD, 0.12, "dashed"),
     ):

@@ -43,6 +43,7 @@ CONTINUED_TO_M = 15.0
 STANDING_M_S = 0.1
 OWN_BODY_M = 0.3
 POSES_A_METRE = 10
+FINE = 30
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class RowScene:
             where the dataset does not keep it.
         arc: Poses (M, 3) of the predicted trajectory: x, y in metres, yaw in rad, base_link.
         ahead: Poses (K, 3) of the same arc from its end on; empty where it is not continued.
+        ribbon: bool (H, W), ``arc`` in the picture.
         ribbon_ahead: bool (H, W), ``ahead`` in the picture, up to the first obstacle that the
             laser scan sees on it; all False where ``ahead`` is empty, or the camera's calibration
             is not recorded.
@@ -71,6 +73,7 @@ class RowScene:
     time_s: float | None
     arc: Floats
     ahead: Floats
+    ribbon: NDArray[np.bool_]
     ribbon_ahead: NDArray[np.bool_]
     ribbon_beyond: NDArray[np.bool_]
     pixel_aspect: float
@@ -93,7 +96,7 @@ class RowScene:
     @property
     def picture_shows_arc(self) -> bool:
         """Whether a part of the predicted trajectory lies in the picture."""
-        return bool(self.row["trajectory_image"].any())
+        return bool(self.ribbon.any())
 
 
 def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
@@ -112,10 +115,14 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
     horizon = recipe.dataset.horizon
     camera = _camera(entry)
     ahead = np.empty((0, 3))
-    if not row["trajectory_image"].any():
+    nothing = np.zeros(row["trajectory_image"].shape, np.bool_)
+    ribbon = row["trajectory_image"].astype(np.bool_)
+    if recipe.dataset.trajectory_image.behind:
+        poses = constant_velocity_arc(v, omega, FINE, horizon.steps * horizon.step_s / FINE)
+        ribbon = _ribbon(poses, camera, recipe) if camera else nothing
+    if not ribbon.any():
         ahead = _continued(v, omega, horizon.steps * horizon.step_s)
     free = _free_poses(ahead, scan_points(row["laser_scan"], recipe), recipe)
-    nothing = np.zeros(row["trajectory_image"].shape, np.bool_)
     return RowScene(
         row=row,
         recipe=recipe,
@@ -123,6 +130,7 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
         time_s=_time_s(entry, int(row["stamp_ns"])),
         arc=constant_velocity_arc(v, omega, horizon.steps, horizon.step_s),
         ahead=ahead,
+        ribbon=ribbon,
         ribbon_ahead=_ribbon(ahead[: free + 1], camera, recipe) if camera else nothing,
         ribbon_beyond=_ribbon(ahead[free:], camera, recipe) if camera else nothing,
         pixel_aspect=camera[0].fx / camera[0].fy if camera else 1.0,

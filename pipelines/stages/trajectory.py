@@ -26,6 +26,7 @@ def trajectory_key(recipe: DatasetRecipe, extracted: ExtractRecord) -> str:
         extract=extracted.key,
         horizon=recipe.dataset.horizon.model_dump(mode="json"),
         width=recipe.robot.footprint.width,
+        behind=recipe.dataset.trajectory_image.behind,
     )
 
 
@@ -76,4 +77,5 @@ def predicted_trajectory(recipe: DatasetRecipe, extracted: ExtractRecord) -> Pre
         line_width=recipe.robot.footprint.width,
         steps=recipe.dataset.horizon.steps,
         step_s=recipe.dataset.horizon.step_s,
+        behind=recipe.dataset.trajectory_image.behind,
     )

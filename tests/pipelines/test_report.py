@@ -265,7 +265,9 @@ def test_empty_trajectory_images_are_told_from_a_quarter_on(
     rows["trajectory_image"][:shown, -1, -1] = 1
     expected = (
         f"The trajectory image is empty in {8 - shown} of 8 rows of train: the arc ends before "
-        "the picture's ground begins, or runs beside it. Lengthen the horizon or drive faster."
+        "the picture's ground begins, or runs beside it. Lengthen the horizon, drive faster, or "
+        "draw it as from behind the camera: `trajectory_image: {behind: 1.0}` in the dataset's "
+        "manifest."
     )
     assert notices_of(tmp_path, rows) == ([expected] if told else [])
 
@@ -397,13 +399,24 @@ def test_the_continuation_fades_at_the_first_obstacle(dataset: Path) -> None:
     scene = scene_of(dataset, laser_scan=scan)
     assert scene.ribbon_ahead.any()
     assert scene.ribbon_beyond.any()
-    nearer, farther = (np.flatnonzero(m.any(axis=1)) for m in vars(scene).values() if _is_mask(m))
+    masks = (scene.ribbon_ahead, scene.ribbon_beyond)
+    nearer, farther = (np.flatnonzero(mask.any(axis=1)) for mask in masks)
     assert nearer.max() > farther.max()
     assert farther.max() == pytest.approx(23.5 + 40 / 6, abs=1.0)
 
 
-def _is_mask(value: object) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype == np.bool_
+def test_an_arc_drawn_from_behind_is_shown_where_the_camera_sees_it(dataset: Path) -> None:
+    opened = Dataset(dataset, "train", row_scene.SCENE_COLUMNS)
+    told = dict(opened.index.configuration)
+    told["dataset"] = dict(told["dataset"]) | {"trajectory_image": {"behind": 1.0}}
+    index = opened.index.model_copy(update={"configuration": told})
+    drawn = np.ones((48, 64), np.uint8)
+    scene = row_scene.row_scene(index, opened.row(0) | {"trajectory_image": drawn})
+    rows, columns = np.nonzero(scene.ribbon)
+    assert rows.min() == pytest.approx(23.5 + 40 / 3, abs=1.0)
+    assert rows.max() == 47
+    assert columns.mean() == pytest.approx(31.5, abs=0.5)
+    assert len(scene.ahead) == 0
 
 
 @pytest.mark.parametrize("velocity", [(0.0, 0.5), (-1.0, 0.0), (1.0, 2.0), (0.0, 0.0)])

@@ -24,6 +24,7 @@ from pipelines.dataset_settings import (
     DatasetRecipe,
     ImageSettings,
     PointSettings,
+    TrajectoryImageSettings,
     WindowSettings,
 )
 from pipelines.episode import whole_column
@@ -60,6 +61,7 @@ def recorded(
         name="row",
         robot=robot.name,
         window=WindowSettings(anchor_rate=5.0, history_steps=10),
+        trajectory_image=TrajectoryImageSettings(behind=0.5),
         image=ImageSettings(width=80, height=64),
         points=PointSettings(sample=PointSampleSettings(count=500)),
     )
@@ -152,6 +154,7 @@ def _contract(recorded: Recorded) -> BundleContract:
         points_tolerance_s=dataset.window.points_tolerance_s,
         horizon_steps=dataset.horizon.steps,
         horizon_step_s=dataset.horizon.step_s,
+        drawn_from_behind=dataset.trajectory_image.behind,
     )
     return whole.model_copy(update={"observation": observation})
 
