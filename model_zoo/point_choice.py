@@ -1,4 +1,4 @@
-"""A fixed number of points from as many as there are."""
+"""A fixed number of points from as many as there are, and those near the robot."""
 
 from __future__ import annotations
 
@@ -27,3 +27,24 @@ def choose_points(points: Tensor, point_count: Tensor, number: int) -> Tensor:
     index = torch.where(count >= number, spaced, repeated)
     chosen = points.gather(1, index[:, :, None].expand(-1, -1, points.shape[2]))
     return chosen.where((count > 0)[:, :, None], 0.0)
+
+
+def nearby_points(points: Tensor, point_count: Tensor, reach: float) -> tuple[Tensor, Tensor]:
+    """Keep the points over the ground within ``reach`` of base_link, in their order.
+
+    Args:
+        points: float32 (B, N, 3), base_link, metres; whatever it is past the count.
+        point_count: int (B,), of real points.
+        reach: Metres, horizontally.
+
+    Returns:
+        Points (B, N, 3) that begin with those kept, and their number (B,).
+    """
+    rows, capacity, _ = points.shape
+    place = torch.arange(capacity, device=points.device).expand(rows, -1)
+    near = (points[:, :, :2].square().sum(2) < reach**2) & (place < point_count[:, None])
+    # Points that are not kept all go to one place past the last.
+    target = torch.where(near, near.cumsum(1) - 1, capacity)
+    order = torch.zeros_like(target[:, :1]).repeat(1, capacity + 1).scatter(1, target, place)
+    index = order[:, :capacity, None].expand(-1, -1, points.shape[2])
+    return points.gather(1, index), near.sum(1)

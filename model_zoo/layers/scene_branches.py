@@ -15,7 +15,7 @@ from model_zoo.distance_map import DistanceMap
 from model_zoo.layers.pointnet import PointNetSettings, PointNetTrunk
 from model_zoo.layers.resnet8 import ResNet8
 from model_zoo.picture_input import normalised_picture
-from model_zoo.point_choice import choose_points
+from model_zoo.point_choice import choose_points, nearby_points
 from model_zoo.point_scale import bounded
 
 COLUMNS = ("image", "points", "point_count", "laser_scan")
@@ -32,6 +32,8 @@ class SceneSettings(Settings):
         shrink: Pixels of each side of the squares over which it is averaged first.
         width: Channels of the first block of either ResNet8.
         point_number: Points chosen of each cloud.
+        point_reach: Metres around the robot within which they are chosen, as GrASPE's; None takes
+            all.
         point_range: Metres at which the length of a point is taken in as 0.5; see ``bounded``.
         point_net: Sizes of the points' network, of which the trunk is used.
         fusion: Channels of the two 1x1 convolutions that join points and picture.
@@ -44,6 +46,7 @@ class SceneSettings(Settings):
     shrink: Count = 1
     width: Count = 32
     point_number: Count = 10_000
+    point_reach: Metres | None = None
     point_range: Metres = 3.0
     point_net: PointNetSettings = PointNetSettings()
     fusion: tuple[Count, Count] = (256, 128)
@@ -91,6 +94,8 @@ class SceneBranches(nn.Module):
         settings = self.settings
         picture = relu(self.image(normalised_picture(observation["image"], settings.shrink)))
         points, count = observation["points"], observation["point_count"]
+        if settings.point_reach is not None:
+            points, count = nearby_points(points, count, settings.point_reach)
         chosen = choose_points(points, count, settings.point_number)
         cloud = self.point_net(bounded(chosen, settings.point_range))
         near = relu(self.map(self.draw(observation["laser_scan"])))

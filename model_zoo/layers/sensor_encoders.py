@@ -17,7 +17,7 @@ from model_zoo.layers.resnet18 import ResNet18
 from model_zoo.layers.trajectory_net import TrajectoryNet, TrajectoryNetSettings
 from model_zoo.layers.velocity_net import VelocityNet, VelocityNetSettings
 from model_zoo.picture_input import normalised_picture
-from model_zoo.point_choice import choose_points
+from model_zoo.point_choice import choose_points, nearby_points
 from model_zoo.point_scale import bounded
 
 COLUMNS = ("image", "points", "point_count", "velocity_history", "trajectory_image")
@@ -32,6 +32,8 @@ class SensorEncoderSettings(Settings):
         image_width: Channels of ResNet18's first stage.
         image_reduction: Of its attention's MLP.
         point_number: Points of a cloud that are looked at.
+        point_reach: Metres around the robot, horizontally, within which points are looked at; None
+            looks at all. Ours: a robot goes less than 2 m within the horizon.
         point_range: Metres at which the length of a point is taken in as 0.5; see ``bounded``.
         points: PointNet.
         velocity: VelNet.
@@ -45,6 +47,7 @@ class SensorEncoderSettings(Settings):
     image_width: int = 64
     image_reduction: int = 16
     point_number: int = 10_000
+    point_reach: float | None = Field(default=None, gt=0)
     point_range: float = Field(default=3.0, gt=0)
     points: PointNetSettings = PointNetSettings()
     velocity: VelocityNetSettings = VelocityNetSettings()
@@ -88,6 +91,8 @@ class SensorEncoders(nn.Module):
     def scene(self, observation: Observation) -> SceneEncoding:
         """What all trajectories in a scene share: features of picture, points and velocities."""
         points, count = observation["points"], observation["point_count"]
+        if self.settings.point_reach is not None:
+            points, count = nearby_points(points, count, self.settings.point_reach)
         chosen = choose_points(points, count, self.settings.point_number)
         cloud = self.points(bounded(chosen, self.settings.point_range))
         features = {

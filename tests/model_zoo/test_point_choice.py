@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+import numpy as np
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
-from model_zoo.point_choice import choose_points
+from model_zoo.point_choice import choose_points, nearby_points
 
 
 def rows(*counts: int, size: int) -> tuple[torch.Tensor, torch.Tensor]:
@@ -38,3 +41,27 @@ def test_more_are_evenly_spaced_and_fewer_repeated_in_turn() -> None:
 def test_as_many_as_wanted_are_taken_as_they_are() -> None:
     points, count = rows(7, size=7)
     assert torch.equal(choose_points(points, count, 7), points)
+
+
+@given(
+    points=arrays(np.float32, (2, 30, 3), elements=st.floats(-9, 9, width=32)),
+    counts=st.tuples(st.integers(0, 30), st.integers(0, 30)),
+    reach=st.floats(0.5, 9),
+)
+def test_points_nearby_keep_their_order(
+    points: NDArray[np.float32], counts: tuple[int, int], reach: float
+) -> None:
+    kept, number = nearby_points(torch.from_numpy(points), torch.tensor(counts), reach)
+    for row, count in enumerate(counts):
+        real = torch.from_numpy(points[row, :count])
+        expected = real[(real[:, :2] ** 2).sum(1) < reach**2]
+        assert number[row] == len(expected)
+        assert torch.equal(kept[row, : number[row]], expected)
+
+
+def test_what_lies_past_the_count_is_never_near() -> None:
+    points = torch.full((1, 4, 3), float("nan"))
+    points[0, 1] = 0.5
+    kept, number = nearby_points(points, torch.tensor([2]), 4.0)
+    assert number.tolist() == [1]
+    assert kept[0, 0].tolist() == [0.5, 0.5, 0.5]
