@@ -407,8 +407,8 @@ def test_the_continuation_fades_at_the_first_obstacle(dataset: Path) -> None:
 
 def test_an_arc_drawn_from_behind_is_shown_where_the_camera_sees_it(dataset: Path) -> None:
     opened = Dataset(dataset, "train", row_scene.SCENE_COLUMNS)
-    told = dict(opened.index.configuration)
-    told["dataset"] = dict(told["dataset"]) | {"trajectory_image": {"behind": 1.0}}
+    told: dict[str, Any] = dict(opened.index.configuration)
+    told["dataset"] = {**told["dataset"], "trajectory_image": {"behind": 1.0}}
     index = opened.index.model_copy(update={"configuration": told})
     drawn = np.ones((48, 64), np.uint8)
     scene = row_scene.row_scene(index, opened.row(0) | {"trajectory_image": drawn})
