@@ -43,7 +43,7 @@ CONTINUED_TO_M = 15.0
 STANDING_M_S = 0.1
 OWN_BODY_M = 0.3
 POSES_A_METRE = 10
-FINE = 30
+ARC_PARTS = 30
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,8 @@ def row_scene(index: DatasetIndex, row: Mapping[str, NDArray[Any]]) -> RowScene:
     nothing = np.zeros(row["trajectory_image"].shape, np.bool_)
     ribbon = row["trajectory_image"].astype(np.bool_)
     if recipe.dataset.trajectory_image.behind:
-        poses = constant_velocity_arc(v, omega, FINE, horizon.steps * horizon.step_s / FINE)
+        part_s = horizon.steps * horizon.step_s / ARC_PARTS
+        poses = constant_velocity_arc(v, omega, ARC_PARTS, part_s)
         ribbon = _ribbon(poses, camera, recipe) if camera else nothing
     if not ribbon.any():
         ahead = _continued(v, omega, horizon.steps * horizon.step_s)
