@@ -33,7 +33,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 @app.command("run")
 def run_command(
-    scenario: Annotated[str, typer.Argument(help="A scenario with a goal: a path or a name.")],
+    scenario: Annotated[str, typer.Argument(help="A scenario: a path or a name.")],
     methods: Annotated[
         list[str],
         typer.Option(
@@ -45,6 +45,10 @@ def run_command(
     out: Out = Path("trials"),
     trials: Annotated[int, typer.Option(min=1, help="Of each method; one a seed.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="The first seed.")] = 1000,
+    goal: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="X Y", help="Metres, in the world; without it the scenario's."),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Settings of trials and planners, YAML.")
     ] = None,
@@ -68,7 +72,7 @@ def run_command(
         settings.TrialConfig() if config is None else load_manifest(config, settings.TrialConfig)
     )
     asked, robot = load_scenario(scenario)
-    prepared = trial_scenario(asked, chosen.trial)
+    prepared = trial_scenario(asked, chosen.trial, goal)
     conditions = settings.Conditions(scenario=prepared, robot=robot, trial=chosen.trial)
     tasks = [
         running.TrialTask(conditions, each, method, chosen, record, threads)

@@ -33,19 +33,27 @@ class Run:
     logbook: Logbook
 
 
-def trial_scenario(scenario: Scenario, settings: TrialSettings) -> Scenario:
+def trial_scenario(
+    scenario: Scenario, settings: TrialSettings, goal: tuple[float, float] | None = None
+) -> Scenario:
     """The scenario of a trial: as long as a trial may be, its sensors at the trial's rate.
+
+    Args:
+        scenario: Where the robot drives.
+        settings: How the trial is run.
+        goal: Metres, world frame; None is the scenario's own.
 
     Raises:
         StageError: It has no goal.
-        ManifestError: The rate of the sensors does not fit.
+        ManifestError: The goal lies outside of the arena, or the sensors' rate does not fit.
     """
-    if scenario.goal is None:
+    goal = goal or scenario.goal
+    if goal is None:
         raise StageError(
-            f"{scenario.name}: a trial needs a goal, and this scenario has none: add `goal: [x, y]`"
-            f" to it, or take one that has."
+            f"{scenario.name}: a trial needs a goal, and this scenario has none: give `--goal X Y`,"
+            f" add `goal: [x, y]` to it, or take one that has."
         )
-    changes = scenario.model_dump() | {"duration_s": settings.time_limit_s}
+    changes = scenario.model_dump() | {"duration_s": settings.time_limit_s, "goal": goal}
     if settings.sensor_rate is not None:
         for sensor in ("camera", "lidar"):
             changes[sensor]["rate"] = settings.sensor_rate

@@ -71,6 +71,13 @@ def test_all_methods_meet_the_same_seeds(scenario: Path, config: Path, tmp_path:
     assert {trial["outcome"] for trial in told} == {"timeout"}
 
 
+def test_another_goal_can_be_driven_to(scenario: Path, config: Path, tmp_path: Path) -> None:
+    said = navigate(scenario, config, tmp_path / "out", "--goal", "2", "-1.5")
+    assert said.exit_code == 0, said.output
+    kept = json.loads((tmp_path / "out" / "lane" / "conditions.json").read_text())
+    assert kept["scenario"]["goal"] == [2.0, -1.5]
+
+
 def test_it_prints_what_came_of_each_method(scenario: Path, config: Path, tmp_path: Path) -> None:
     said = navigate(scenario, config, tmp_path / "out")
     assert said.exit_code == 0, said.output

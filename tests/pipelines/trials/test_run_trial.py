@@ -148,6 +148,13 @@ def test_a_scenario_without_a_goal_is_refused() -> None:
         trial_scenario(meadow, TrialSettings())
 
 
+def test_a_goal_can_be_given_to_any_scenario() -> None:
+    meadow, _ = load_scenario("meadow")
+    assert trial_scenario(meadow, TrialSettings(), (17.0, 6.0)).goal == (17.0, 6.0)
+    with pytest.raises(ManifestError, match=r"meadow, as a trial(.|\n)*lies outside"):
+        trial_scenario(meadow, TrialSettings(), (170.0, 6.0))
+
+
 def test_sensors_can_be_slower_in_trials_but_have_to_fit(lane_of: Any) -> None:
     lane: Field = lane_of(sensor_rate=2.5, time_limit_s=7.0)
     scenario = lane.scenario
