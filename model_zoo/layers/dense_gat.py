@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
 NEGATIVE_SLOPE = 0.2
+AT_ONCE = 4
+"""Graphs whose scores are made at once: those of 120 nodes and 4 heads fit a core's cache."""
 
 
 class DenseGat(nn.Module):
@@ -61,23 +65,42 @@ class DenseGat(nn.Module):
         edge = (self.lin_edge.weight.view_as(self.att_edge) * self.att_edge).sum(2)[
             :, :, None, None
         ]
-        weights = _with_self_loops(adjacency)[:, None]
-        # How much node i (axis 2) attends to node j (axis 3); in place, for its size.
-        scores = leaky_relu((target + source).addcmul_(weights, edge), NEGATIVE_SLOPE, inplace=True)
-        highest = target + source.amax(3, keepdim=True) + edge.clamp(min=0)
-        mixed = _attend(scores, leaky_relu(highest, NEGATIVE_SLOPE).detach(), hidden)
+        highest = leaky_relu(
+            target + source.amax(3, keepdim=True) + edge.clamp(min=0), NEGATIVE_SLOPE
+        ).detach()
+        graphs = (target, source, _with_self_loops(adjacency)[:, None], highest, _and_one(hidden))
+        sums = torch.cat([_attend(edge, *some) for some in _parts(graphs)])
+        mixed = sums[..., :-1] / sums[..., -1:]
         return mixed.transpose(1, 2).flatten(2) + self.bias
 
 
-def _attend(scores: Tensor, highest: Tensor, hidden: Tensor) -> Tensor:
-    """softmax(scores) @ hidden; no score of a row is above ``highest``, nor far below it."""
+def _parts(graphs: tuple[Tensor, ...]) -> Iterable[tuple[Tensor, ...]]:
+    """A few graphs at a time; all at once while exporting, when their number is not known."""
+    if torch.compiler.is_compiling():
+        return [graphs]
+    return zip(*(torch.split(each, AT_ONCE) for each in graphs), strict=True)
+
+
+def _attend(
+    edge: Tensor, target: Tensor, source: Tensor, weights: Tensor, highest: Tensor, hidden: Tensor
+) -> Tensor:
+    """exp(scores - highest) @ hidden: how much node i (axis 2) attends to node j (axis 3).
+
+    No score of a row is above ``highest``, nor far below it. In place, for the scores' size.
+    """
+    scores = (target + source).addcmul_(weights, edge)
+    scores = leaky_relu(scores, NEGATIVE_SLOPE, inplace=True)
     shifted = scores - highest if torch.is_grad_enabled() else scores.sub_(highest)
-    sums = shifted.exp_() @ torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=3)
-    return sums[..., :-1] / sums[..., -1:]
+    return shifted.exp_() @ hidden
+
+
+def _and_one(hidden: Tensor) -> Tensor:
+    """With a column of ones, whose sums are what the softmax divides by."""
+    return torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=3)
 
 
 def _with_self_loops(adjacency: Tensor) -> Tensor:
     """W whose diagonal is the mean of the other weights in the row, (B, N, N)."""
     nodes = adjacency.shape[1]
     mean = (adjacency.sum(2, keepdim=True) - 1) / (nodes - 1)
-    return torch.where(torch.eye(nodes, dtype=torch.bool, device=adjacency.device), mean, adjacency)
+    return torch.addcmul(adjacency, torch.eye(nodes, device=adjacency.device), mean - 1)
