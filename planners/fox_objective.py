@@ -33,7 +33,7 @@ class FoxWeights(Settings):
     velocity: Weight = 0.3
     """Of the linear velocity, gamma_3."""
     longest_distance: Annotated[float, Field(gt=0)] = 3.0
-    """Metres that count as free."""
+    """Metres that count as free; a nearer goal counts as the end of the way."""
     smoothing: Annotated[float, Field(ge=0, le=10)] = 1.0
     """Sigma of the smoothing over the lattice, in its steps; 0 for none."""
 
@@ -49,8 +49,9 @@ def fox_objective(
     """Equation (9): Q = sigma(g1 heading + g2 dist + g3 vel), each term in 0..1.
 
     heading is 1 - |angle to the goal| / pi at the pose reached by driving for one interval and then
-    braking as hard as possible; dist the way until contact, at most ``longest_distance``; vel the
-    share of the fastest velocity. A rotation on the spot covers no ground, so its dist is 0.
+    braking as hard as possible; dist the way until contact, at most ``longest_distance`` and no
+    farther than the goal: else a robot beside its goal keeps to the free way past it; vel the share
+    of the fastest velocity. A rotation on the spot covers no ground, so its dist is 0.
 
     Args:
         window: The candidates.
@@ -67,7 +68,8 @@ def fox_objective(
     error = heading_error(_stopped_poses(velocities, limits, interval_s), goal)
     heading = 1.0 - np.abs(error) / np.pi
     free = np.where(velocities[:, 0] == 0, 0.0, way.length)
-    distance = np.minimum(free, weights.longest_distance) / weights.longest_distance
+    farthest = min(weights.longest_distance, float(np.hypot(*goal)))
+    distance = np.minimum(free, farthest) / weights.longest_distance
     fastest = max(abs(limits.linear_velocity[0]), abs(limits.linear_velocity[1]))
     velocity = np.maximum(velocities[:, 0], 0.0) / fastest if fastest else np.zeros_like(heading)
     weighted = weights.heading * heading + weights.distance * distance + weights.velocity * velocity

@@ -33,7 +33,7 @@ from planners.situation import Planner
 FOX, LAB = "dwa_fox", "dwa_lab"
 PLANNERS: Final = (FOX, LAB, *MAP_METHODS)
 """Methods without a model."""
-VERSION: Final = 3
+VERSION: Final = 4
 """Of trials; raised when the same settings drive otherwise."""
 OLDEST_S = 0.5
 """A planner stops for older sensor data, unless the sensors are slower than that."""

@@ -153,6 +153,15 @@ def test_each_term_is_within_0_and_1_and_does_what_it_says(situation: Situations
             assert value[(velocities[:, 1] == 0) & (velocities[:, 0] > 0)].max() < value.max()
 
 
+def test_free_way_beyond_the_goal_does_not_count(situation: Situations) -> None:
+    only = FoxWeights(heading=0, distance=1, velocity=0, smoothing=0)
+    asked = situation(velocity=(0.3, 0.0), goal=(0.0, 1.2))
+    window = velocity_window(LIMITS, asked.velocity, WindowSettings())
+    way = free_way(window.velocities, np.empty((0, 2)), body_discs(SPOT, BodySettings()))
+    value = fox_objective(window, way, goal_in_base(asked), LIMITS, 0.5, only)
+    np.testing.assert_allclose(value, 1.2 / only.longest_distance)
+
+
 def test_smoothing_keeps_a_constant_and_spreads_a_dent(situation: Situations) -> None:
     flat = FoxWeights(heading=0, distance=1, velocity=0, smoothing=2.0)
     velocities, value = _terms(flat, Posts(), situation)
