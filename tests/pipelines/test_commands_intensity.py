@@ -76,6 +76,10 @@ def test_on_a_street_the_lane_is_free_up_to_the_car_ahead_and_vehicles_are_solid
             pliable = int((classes.false_positive[lorry] > 0).sum())
             assert solid > 2 * pliable
             assert solid > 100
+            beside = np.s_[45:85, 76:92]  # The queue of the left lane: a car, then a red lorry.
+            solid = int((classes.true_positive[beside] > 0).sum())
+            assert solid > 2 * int((classes.false_positive[beside] > 0).sum())
+            assert solid > 20
     assert ends[0] == pytest.approx(7.8, abs=0.3)
     assert ends[-1] == pytest.approx(4.2, abs=0.3)
     assert all(later <= earlier + 0.2 for earlier, later in pairwise(ends))
