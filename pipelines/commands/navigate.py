@@ -39,7 +39,7 @@ def run_command(
         typer.Option(
             "--method",
             help="dwa_fox, dwa_lab, mim, mim_uniform, dwa_map, glass_slam, NAME=BUNDLE, a bundle "
-            "or a folder of them; repeat.",
+            "or a folder of them; truth=BUNDLE asks the world instead of the model; repeat.",
         ),
     ],
     out: Out = Path("trials"),

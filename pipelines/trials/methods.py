@@ -18,6 +18,7 @@ from pipelines.trials.map_methods import MAP_METHODS, map_settings, map_source
 from pipelines.trials.map_watch import MapWatch
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses
+from pipelines.trials.witness import TruthfulScorer, Witness
 from planners.bundle import load_bundle
 from planners.calibration import Calibration
 from planners.dwa_fox import DwaFox
@@ -33,6 +34,8 @@ from planners.situation import Planner
 FOX, LAB = "dwa_fox", "dwa_lab"
 PLANNERS: Final = (FOX, LAB, *MAP_METHODS)
 """Methods without a model."""
+TRUTH: Final = "truth"
+"""The name under which a bundle's planner asks the world instead of the model."""
 VERSION: Final = 4
 """Of trials; raised when the same settings drive otherwise."""
 OLDEST_S = 0.5
@@ -62,6 +65,11 @@ class Method:
         return digest_of([VERSION, conditions, seed, self.name, seal, *settings])
 
     @property
+    def asks_the_world(self) -> bool:
+        """Whether the world judges its arcs."""
+        return self.bundle is not None and self.name == TRUTH
+
+    @property
     def has_map(self) -> bool:
         """Whether it drives by a map."""
         return self.bundle is None and self.name in MAP_METHODS
@@ -79,7 +87,7 @@ def parse_methods(asked: Sequence[str]) -> list[Method]:
 
     Args:
         asked: Each one of ``PLANNERS``, ``NAME=BUNDLE``, a bundle, or a folder of bundles, which
-            are called as their folders are.
+            are called as their folders are. A bundle called ``TRUTH`` asks the world.
 
     Raises:
         StageError: Neither a planner nor a bundle, or a name that two methods have.
@@ -102,8 +110,18 @@ def make_watch(method: Method, field: Field, config: TrialConfig) -> MapWatch | 
     return MapWatch(map_source(method.name, field, config.maps), config.maps.score)
 
 
+def make_witness(method: Method, field: Field) -> Witness | None:
+    """Who answers for a method that asks the world; None of others."""
+    return Witness(field) if method.asks_the_world else None
+
+
 def make_planner(
-    method: Method, field: Field, config: TrialConfig, threads: int, watch: MapWatch | None = None
+    method: Method,
+    field: Field,
+    config: TrialConfig,
+    threads: int,
+    watch: MapWatch | None = None,
+    witness: Witness | None = None,
 ) -> Planner:
     """Set up a method for the robot of a field, guarded against bad input.
 
@@ -113,6 +131,7 @@ def make_planner(
         config: Settings of the planners.
         threads: Of the model.
         watch: The maps that a method drives by; None makes them anew, unwatched.
+        witness: Who judges the arcs of a bundle's planner; None leaves it to the model.
 
     Raises:
         PlannerError: The bundle is damaged, or was made for another robot.
@@ -123,7 +142,9 @@ def make_planner(
     if method.bundle is not None:
         bundle = load_bundle(method.bundle, threads)
         check_robot(bundle.contract, robot, calibration)
-        scorer = Scorer(bundle, calibration)
+        scorer = (
+            TruthfulScorer(bundle, calibration, witness) if witness else Scorer(bundle, calibration)
+        )
         return Guarded(GraspePlanner(robot, scorer, config.graspe), robot.limits, guard)
     if method.has_map:
         source = watch or map_source(method.name, field, config.maps)

@@ -18,6 +18,7 @@ from pipelines.trials.referee import Referee
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses, Situations
 from pipelines.trials.trial import Outcome
+from pipelines.trials.witness import Witness
 from planners.situation import Planner, Situation
 
 STANDING_STEPS = 20
@@ -60,7 +61,13 @@ def trial_scenario(
     return validate(changes, Scenario, f"{scenario.name}, as a trial")
 
 
-def run_trial(field: Field, planner: Planner, settings: TrialSettings, senses: Senses) -> Run:
+def run_trial(
+    field: Field,
+    planner: Planner,
+    settings: TrialSettings,
+    senses: Senses,
+    witness: Witness | None = None,
+) -> Run:
     """Drive until the robot arrives, fails, or runs out of time.
 
     The planner is told what the sensors have handed on by then, and its pose by odometry; its
@@ -72,6 +79,7 @@ def run_trial(field: Field, planner: Planner, settings: TrialSettings, senses: S
         planner: Who drives.
         settings: When the trial is over.
         senses: The sensors that are simulated.
+        witness: Who sees the true pose before each question, where a method asks the world.
 
     Raises:
         StageError: The scenario has no goal.
@@ -90,6 +98,8 @@ def run_trial(field: Field, planner: Planner, settings: TrialSettings, senses: S
         situation = situations.now(way)
         outcome = referee.verdict(way, situation)
         if outcome is None:
+            if witness is not None:
+                witness.see(way.state.pose)
             entry = _ask(planner, situation, way)
             logbook.entries.append(entry)
             way.advance(entry.velocity, settings.control_steps)

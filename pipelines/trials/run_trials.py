@@ -21,7 +21,7 @@ from graspe_data.simulation.simulated_drive import SimulatedDrive
 from pipelines.executors import Workers, run_all
 from pipelines.progress import Progress
 from pipelines.trials.config import Conditions, TrialConfig
-from pipelines.trials.methods import Method, make_planner, make_watch
+from pipelines.trials.methods import Method, make_planner, make_watch, make_witness
 from pipelines.trials.run_trial import run_trial
 from pipelines.trials.summary import summarise
 from pipelines.trials.trial import Trial, read_trial
@@ -97,9 +97,10 @@ def _run_one(out: Path, task: TrialTask) -> Trial:
     scenario, robot, settings = task.conditions.scenario, task.conditions.robot, task.config.trial
     field = build_field(scenario, robot, task.seed, task.threads, front_only=True)
     watch = make_watch(task.method, field, task.config)
-    planner = make_planner(task.method, field, task.config, task.threads, watch)
+    witness = make_witness(task.method, field)
+    planner = make_planner(task.method, field, task.config, task.threads, watch, witness)
     with _quiet_planners():
-        run = run_trial(field, planner, settings, task.method.senses)
+        run = run_trial(field, planner, settings, task.method.senses, witness)
     digest, inputs = task.conditions.digest, task.inputs
     trial = summarise(field, run, settings, task.method.name, digest, inputs)
     if watch is not None:

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from graspe_data.bundle_contract import BundleContract
@@ -17,7 +18,8 @@ from graspe_data.simulation.recorded_truth import read_truth
 from pipelines.executors import Workers
 from pipelines.progress import Silent
 from pipelines.trials.config import Conditions, TrialConfig
-from pipelines.trials.methods import Method, make_planner, parse_methods
+from pipelines.trials.methods import Method, make_planner, make_witness, parse_methods
+from pipelines.trials.run_trial import run_trial
 from pipelines.trials.run_trials import TrialTask, run_trials
 from pipelines.trials.seeds import fair_seeds
 from pipelines.trials.settings import TrialSettings
@@ -140,6 +142,22 @@ def test_settings_of_maps_count_for_the_methods_that_have_them() -> None:
         Method(name).inputs("c", 0, BRIEF) != Method(name).inputs("c", 0, other) for name in names
     ]
     assert changed == [False, False, True, True, False, False]
+
+
+def test_a_bundle_called_truth_asks_the_world(lane_of: Any, tiny: Path) -> None:
+    field = lane_of({"kind": "wall", "lines": [[[-1.6, -2.0], [-1.6, 2.0]]]}, time_limit_s=1.5)
+    witness = make_witness(Method("truth", tiny), field)
+    assert witness is not None
+    assert make_witness(Method("tiny", tiny), field) is None
+    planner = make_planner(Method("truth", tiny), field, BRIEF, 1, witness=witness)
+    run = run_trial(field, planner, BRIEF.trial, Method("truth", tiny).senses, witness)
+    for entry in run.logbook.entries:
+        scored = entry.scored
+        assert scored is not None
+        assert scored.success is not None
+        through = run.logbook.free_candidates(entry, scored.velocities)
+        np.testing.assert_array_equal(scored.success.min(axis=1), through)
+        assert 0 < through.mean() < 1
 
 
 def test_a_bundle_of_another_robot_is_refused(
