@@ -31,7 +31,7 @@ class FoxWeights(Settings):
     distance: Weight = 0.3
     """Of the way until contact, gamma_2."""
     velocity: Weight = 0.3
-    """Of the linear velocity, gamma_3."""
+    """Of the velocity toward the goal, gamma_3."""
     longest_distance: Annotated[float, Field(gt=0)] = 3.0
     """Metres that count as free; a nearer goal counts as the end of the way."""
     smoothing: Annotated[float, Field(ge=0, le=10)] = 1.0
@@ -50,8 +50,10 @@ def fox_objective(
 
     heading is 1 - |angle to the goal| / pi at the pose reached by driving for one interval and then
     braking as hard as possible; dist the way until contact, at most ``longest_distance`` and no
-    farther than the goal: else a robot beside its goal keeps to the free way past it; vel the share
-    of the fastest velocity. A rotation on the spot covers no ground, so its dist is 0.
+    farther than the goal; vel the share of the fastest velocity with which that pose nears the
+    goal. (Fox et al. count free way beyond the goal and speed in any direction: then a robot beside
+    its goal drives on, or around it for good.) A rotation on the spot covers no ground, so its dist
+    is 0.
 
     Args:
         window: The candidates.
@@ -71,7 +73,8 @@ def fox_objective(
     farthest = min(weights.longest_distance, float(np.hypot(*goal)))
     distance = np.minimum(free, farthest) / weights.longest_distance
     fastest = max(abs(limits.linear_velocity[0]), abs(limits.linear_velocity[1]))
-    velocity = np.maximum(velocities[:, 0], 0.0) / fastest if fastest else np.zeros_like(heading)
+    nears = np.maximum(velocities[:, 0] * np.cos(error), 0.0)
+    velocity = nears / fastest if fastest else np.zeros_like(heading)
     weighted = weights.heading * heading + weights.distance * distance + weights.velocity * velocity
     return _smoothed(window, weighted, weights.smoothing)
 

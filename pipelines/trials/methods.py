@@ -36,7 +36,7 @@ PLANNERS: Final = (FOX, LAB, *MAP_METHODS)
 """Methods without a model."""
 TRUTH: Final = "truth"
 """The name under which a bundle's planner asks the world instead of the model."""
-VERSION: Final = 4
+VERSION: Final = 5
 """Of trials; raised when the same settings drive otherwise."""
 OLDEST_S = 0.5
 """A planner stops for older sensor data, unless the sensors are slower than that."""

@@ -75,6 +75,16 @@ def test_reaches_a_goal_in_the_open(
     assert np.hypot(*(path[-1, :2] - goal)) < 0.5
 
 
+@pytest.mark.parametrize("goal", [(0.0, 2.0), (0.4, -1.5), (-0.5, 1.2)])
+def test_a_robot_that_turns_slowly_does_not_circle_its_goal(
+    robot: Robot, situation: Situations, goal: tuple[float, float]
+) -> None:
+    limits = robot.limits.model_copy(update={"yaw_rate": (-0.35, 0.35)})
+    slow = robot.model_copy(update={"limits": limits})
+    path = drive(DwaFox(slow, Posts()), situation, goal, 25)
+    assert np.hypot(*(path[-1, :2] - goal)) < 0.5
+
+
 @pytest.mark.parametrize("make", MAKERS)
 def test_goes_around_a_post(
     make: Callable[[Robot, Posts], Planner], robot: Robot, situation: Situations
