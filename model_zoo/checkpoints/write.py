@@ -64,20 +64,18 @@ def write_checkpoint(
         ZooError: A column is not declared, a weight is not finite, a number is none that JSON has,
             or the folder cannot be written.
     """
-    described: dict[str, Any] = {
-        "model": model_name,
-        "preset": preset,
-        "numbers": dict(numbers),
-        "horizon": model.horizon,
-        "columns": input_columns(model.columns, columns, model_name),
-        "parameters": sum(parameter.numel() for parameter in model.parameters()),
-        "dataset_digest": dataset_digest,
-        "assumptions": assumptions,
-    }
-    try:
-        config = validate(described, CheckpointConfig, f"checkpoint of {model_name}")
-    except ManifestError as error:
-        raise ZooError(str(error)) from error
+    config = _config(
+        {
+            "model": model_name,
+            "preset": preset,
+            "numbers": dict(numbers),
+            "horizon": model.horizon,
+            "columns": input_columns(model.columns, columns, model_name),
+            "parameters": sum(parameter.numel() for parameter in model.parameters()),
+            "dataset_digest": dataset_digest,
+            "assumptions": assumptions,
+        }
+    )
     environment = describe_environment()
     files = {
         "model.safetensors": safetensors.torch.save(_weights(model)),
@@ -90,6 +88,13 @@ def write_checkpoint(
     }
     write_sealed(folder, files)
     return folder
+
+
+def _config(described: dict[str, Any]) -> CheckpointConfig:
+    try:
+        return validate(described, CheckpointConfig, f"checkpoint of {described['model']}")
+    except ManifestError as error:
+        raise ZooError(str(error)) from error
 
 
 def _weights(model: SuccessModel) -> dict[str, Tensor]:

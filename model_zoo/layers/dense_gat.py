@@ -18,8 +18,8 @@ class DenseGat(nn.Module):
 
     On a batch of complete graphs of N nodes it gives what PyTorch Geometric's
     ``GATConv(edge_dim=1, add_self_loops=True, fill_value="mean")`` gives on their edge lists;
-    parameters are named as there, so its state dict loads. The scores (B, heads, N, N) are the
-    largest tensor: the edge's term is a scalar, so edges are never projected.
+    parameters are named as there, so its state dict loads. The scores, (heads, N, N) a graph, are
+    the largest tensor: the edge's term is a scalar, so edges are never projected.
     """
 
     def __init__(self, inputs: int, channels: int, heads: int) -> None:
