@@ -51,13 +51,7 @@ class Ranking:
 
 def main() -> int:
     """Rank the candidates of a split's rows by every checkpoint given, and store the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("checkpoints", type=Path, nargs="+")
-    parser.add_argument("--data", type=Path, required=True, help="a dataset of `make field`")
-    parser.add_argument("--split", default="validation")
-    parser.add_argument("--every", type=int, default=2, help="row of the split")
-    parser.add_argument("--out", type=Path)
-    arguments = parser.parse_args()
+    arguments = read_arguments(__doc__, every=2)
     rows = np.arange(0, len(Dataset(arguments.data, arguments.split, ASKED)), arguments.every)
     through = known(arguments.data, arguments.split, rows)
     free = free_seconds(arguments.data, arguments.split, rows)
@@ -70,6 +64,17 @@ def main() -> int:
         sys.stderr.write(lines[-1] + "\n")
     publish(lines, arguments.out)
     return 0
+
+
+def read_arguments(description: str | None, every: int) -> argparse.Namespace:
+    """Checkpoints, the rows of a dataset to ask them about, and where the answers go."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("checkpoints", type=Path, nargs="+")
+    parser.add_argument("--data", type=Path, required=True, help="a dataset of `make field`")
+    parser.add_argument("--split", default="validation")
+    parser.add_argument("--every", type=int, default=every, help="row of the split")
+    parser.add_argument("--out", type=Path)
+    return parser.parse_args()
 
 
 def known(data: Path, split: str, rows: NDArray[np.int64]) -> Bools:

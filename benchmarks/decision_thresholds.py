@@ -1,0 +1,114 @@
+"""Which thresholds suit a field: e_th of the model's word, and r_th of the laser scan's.
+
+GrASPE's planner drives an arc that the model accepts, min(E) >= e_th, and that the scan does not
+bar; below r_th the scan is not asked (equation (8)). Whether an accepted arc gets through, and how
+often no arc is left where one would get through, is known in the validation worlds.
+"""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.candidate_truth import known, least_success, read_arguments
+from benchmarks.publish import publish
+from graspe_data.observation.laser_scan import LaserScanSettings
+from graspe_data.robot import Robot
+from graspe_data.shards import Dataset
+from model_zoo.checkpoints import load_checkpoint
+from planners.arc_distance import admissible, free_way
+from planners.body_discs import BodySettings, body_discs
+from planners.graspe_planner import GraspeSettings
+from planners.obstacles import scan_points
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+BANDS = (0.0, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.8, 1.0)
+E_TH = (0.5, 0.6, 0.7, 0.8, 0.9)
+R_TH = (0.0, 0.3, 0.4, 0.5, 0.6, 1.0)
+
+
+def main() -> int:
+    """Judge the thresholds for every checkpoint given, and store the tables."""
+    arguments = read_arguments(__doc__, every=1)
+    count = len(Dataset(arguments.data, arguments.split, ("r_point",)))
+    asked = arguments.data, arguments.split, np.arange(0, count, arguments.every)
+    through, (barred, r_point) = known(*asked), scan_bars(*asked)
+    lines = ["# Thresholds of decision", "", LEGEND, ""]
+    for path in arguments.checkpoints:
+        checkpoint = load_checkpoint(path)
+        least = least_success(checkpoint, *asked)
+        lines += [f"## {checkpoint.config.model} ({path.parent.name})", ""]
+        lines += [*_bands(through, barred, r_point, least), ""]
+        lines += [*_grid(through, barred, r_point, least), ""]
+        sys.stderr.write(f"{path.parent.name}\n")
+    publish(lines[:-1], arguments.out)
+    return 0
+
+
+def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Bools, Floats]:
+    """Whether the scan bars each candidate (N, K), as the planner judges; and r_point (N,)."""
+    dataset = Dataset(data, split, ("laser_scan", "candidate_velocity", "r_point"))
+    robot = Robot.model_validate(dataset.index.configuration["robot"])
+    settings, half = GraspeSettings(), LaserScanSettings().half_angle
+    body, batch = body_discs(robot.footprint, BodySettings()), dataset.batch(rows)
+    velocities = batch["candidate_velocity"].astype(np.float64)
+    admitted = []
+    for asked, scan in zip(velocities, batch["laser_scan"], strict=True):
+        way = free_way(asked, scan_points(scan.astype(np.float32), half), body)
+        admitted.append(admissible(asked, way, robot.limits, settings.reaction_s))
+    return ~np.stack(admitted), batch["r_point"].astype(np.float64)
+
+
+def _bands(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list[str]:
+    """Who is right where the model accepts at 0.5 and the scan bars, by r_point."""
+    lines = [
+        "| r_point | scenes | barred | accepted, barred | accepted, not barred |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    accepted = least >= E_TH[0]
+    for low, high in pairwise(BANDS):
+        held = ((r_point >= low) & (r_point < high))[:, None]
+        cells = [
+            f"{int(np.count_nonzero(chosen))}, {_share(through[chosen])}"
+            for chosen in (held & barred, held & barred & accepted, held & ~barred & accepted)
+        ]
+        lines.append(f"| {low:g} to {high:g} | {int(held.sum())} | {' | '.join(cells)} |")
+    return lines
+
+
+def _grid(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list[str]:
+    """For each pair of thresholds: of the arcs left, those that get through; and scenes left."""
+    heading = " | ".join(f"r_th {r_th:g}" for r_th in R_TH)
+    lines = [f"| e_th | {heading} |", "| --- |" + " --- |" * len(R_TH)]
+    for e_th in E_TH:
+        cells = []
+        for r_th in R_TH:
+            left = (least >= e_th) & ~(barred & (r_point > r_th)[:, None])
+            drives = left.any(axis=1)
+            right = [row[kept].mean() for row, kept in zip(through, left, strict=True) if any(kept)]
+            held = (~drives & through.any(axis=1)).sum() / through.any(axis=1).sum()
+            cells.append(f"{np.mean(right):.1%}, {held:.1%}")
+        lines.append(f"| {e_th:g} | {' | '.join(cells)} |")
+    return lines
+
+
+def _share(through: Bools) -> str:
+    return f"{through.mean():.0%}" if through.size else "-"
+
+
+LEGEND = (
+    "Candidates of the validation worlds. First table: arcs that the scan bars (it could not "
+    "stop in time) and that the model accepts at 0.5, and the share of them that get through. "
+    "Second: of the arcs that a pair of thresholds leaves, the share that get through, as a mean "
+    "over scenes; and of the scenes where an arc gets through, the share in which none is left. "
+    "r_th 0 always asks the scan, 1 never."
+)
+
+if __name__ == "__main__":
+    raise SystemExit(main())
