@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -133,16 +134,27 @@ def rank(through: Bools, least: Floats) -> Ranking:
 
 
 def least_success(
-    checkpoint: Checkpoint, data: Path, split: str, rows: NDArray[np.int64]
+    checkpoint: Checkpoint,
+    data: Path,
+    split: str,
+    rows: NDArray[np.int64],
+    strange: Collection[str] = (),
+    others: NDArray[np.int64] | None = None,
 ) -> Floats:
-    """min(E) of each candidate, (N, K); the same for all of a scene where no trajectory is read."""
+    """min(E) of each candidate, (N, K); the same for all of a scene where no trajectory is read.
+
+    Columns that are ``strange`` are read from the rows ``others`` instead.
+    """
     model = checkpoint.model.eval()
     drawn = "trajectory_image" in model.candidate_columns
     columns = tuple(name for name in model.columns if name != "trajectory_image")
     dataset = Dataset(data, split, (*columns, "candidate_image"))
+    others = rows if others is None else others
     found = []
     for start in range(0, len(rows), BATCH):
         batch = dataset.batch(rows[start : start + BATCH])
+        elsewhere = dataset.batch(others[start : start + BATCH]) if strange else {}
+        batch |= {name: elsewhere[name] for name in strange}
         held = {name: torch.from_numpy(batch[name]) for name in columns}
         images = torch.from_numpy(batch["candidate_image"])
         scenes, number = images.shape[:2]
