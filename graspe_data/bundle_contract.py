@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, StringConstraints, model_validator
 
 from graspe_data.manifest import Settings
@@ -27,6 +28,8 @@ Count = Annotated[int, Field(ge=1, le=100_000)]
 Seconds = Annotated[float, Field(gt=0)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
+_TOLERANCE = 1e-6
+
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 
@@ -85,6 +88,14 @@ class SensorPose(Settings):
 
     rotation: Matrix3
     translation: Vector3
+
+    @model_validator(mode="after")
+    def _rigid(self) -> Self:
+        matrix = np.array(self.rotation)
+        is_rotation = np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6)
+        if not is_rotation or np.linalg.det(matrix) < 0:
+            raise ValueError("rotation is no rotation: its rows are not orthonormal")
+        return self
 
 
 class RobotContract(Settings):
@@ -200,7 +211,54 @@ class BundleContract(Settings):
             raise ValueError(f"output has shape {self.output.shape}, not (K, {self.horizon})")
         if len(self.decision.step_weights) != self.horizon:
             raise ValueError(f"step_weights are {len(self.decision.step_weights)}, not the horizon")
+        if abs(sum(self.decision.step_weights) - 1) > _TOLERANCE:
+            raise ValueError(f"step_weights sum to {sum(self.decision.step_weights):g}, not 1")
+        self._said_twice()
+        self._columns_fit()
         return self
+
+    def _said_twice(self) -> None:
+        """What stands in two places has to agree."""
+        observed, robot = self.observation, self.robot
+        pairs = {
+            "observation.horizon_steps and horizon": (observed.horizon_steps, self.horizon),
+            "observation.horizon_step_s and step_s": (observed.horizon_step_s, self.step_s),
+            "observation.points.base_height and robot.base_height": (
+                observed.points.base_height,
+                robot.base_height,
+            ),
+        }
+        if robot.camera is not None:
+            pairs |= {
+                "picture_size and the camera's height": (
+                    observed.picture_size[0],
+                    robot.camera.height,
+                ),
+                "picture_size and the camera's width": (
+                    observed.picture_size[1],
+                    robot.camera.width,
+                ),
+            }
+        for names, (one, other) in pairs.items():
+            if abs(one - other) > _TOLERANCE:
+                raise ValueError(f"{names} differ: {one:g} and {other:g}")
+
+    def _columns_fit(self) -> None:
+        """Columns that the observation makes have the shapes that it makes."""
+        observed = self.observation
+        picture = observed.picture_size
+        made: dict[str, tuple[int | str, ...]] = {
+            "image": (1, *picture, 3),
+            "points": (1, observed.points.sample.count, 3),
+            "velocity_history": (1, observed.history_steps, 2),
+            "trajectory_image": ("K", *picture),
+        }
+        for tensor in (*self.encode_inputs, *self.score_inputs):
+            expected = made.get(tensor.name, tensor.shape)
+            if tensor.shape != expected:
+                raise ValueError(
+                    f"{tensor.name} has shape {tensor.shape}, the observation makes {expected}"
+                )
 
 
 class SealedFile(Settings):

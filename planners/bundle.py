@@ -49,12 +49,24 @@ class Bundle:
         """
         name = self.contract.output.name
         success = np.asarray(self.score_graph.run({**features, **candidates})[name], np.float32)
+        number = self._number(candidates)
+        if len(success) != number:
+            raise PlannerError(
+                f"{self.path / SCORE_GRAPH}: {name} has {len(success)} rows for {number} "
+                "candidates. Export the bundle again."
+            )
         if not np.all((success >= 0) & (success <= 1)):
             raise PlannerError(f"{self.path / SCORE_GRAPH}: {name} is not within 0..1.")
         return success
 
+    def _number(self, candidates: Arrays) -> int:
+        """How many rows the scores of candidates have."""
+        inputs = self.contract.score_inputs if self.contract.uses_candidates else ()
+        sizes = [len(candidates[tensor.name]) for tensor in inputs if "K" in tensor.shape]
+        return max(sizes, default=1)
 
-def load_bundle(path: Path, threads: int = 2) -> Bundle:
+
+def load_bundle(path: Path | str, threads: int = 2) -> Bundle:
     """Load a bundle that `graspe export` wrote.
 
     All files are checked against the bundle's seal before any is used.
@@ -68,6 +80,7 @@ def load_bundle(path: Path, threads: int = 2) -> Bundle:
     """
     if threads < 1:
         raise PlannerError(f"threads is {threads}, and must be at least 1.")
+    path = Path(path)
     contract, graphs = read_bundle_files(path)
     encode = Graph(
         str(path / ENCODE_GRAPH),

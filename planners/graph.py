@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -16,6 +17,15 @@ from graspe_data.errors import PlannerError
 Arrays = Mapping[str, NDArray[np.generic]]
 
 _ERRORS_ONLY = 3
+_PROVIDERS = ["CPUExecutionProvider"]
+_WEIGHTS_FOLDER = "session.model_external_initializers_file_folder_path"
+_DTYPES = {
+    "bool": "tensor(bool)",
+    "uint8": "tensor(uint8)",
+    "int32": "tensor(int32)",
+    "int64": "tensor(int64)",
+    "float32": "tensor(float)",
+}
 
 
 class Graph:
@@ -54,13 +64,7 @@ class Graph:
             "outputs": (self._session.get_outputs(), outputs),
         }
         for side, (nodes, tensors) in found.items():
-            names = sorted(node.name for node in nodes)
-            expected = sorted(tensor.name for tensor in tensors)
-            if names != expected:
-                raise PlannerError(
-                    f"{where}: {side} {', '.join(names)}, by its contract {', '.join(expected)}. "
-                    "Export the bundle again."
-                )
+            _compare(where, side, nodes, tensors)
 
     def run(self, arrays: Arrays) -> dict[str, NDArray[np.generic]]:
         """Run the graph once.
@@ -97,6 +101,28 @@ class Graph:
         return array
 
 
+def _compare(where: str, side: str, nodes: Sequence[Any], tensors: Sequence[Tensor]) -> None:
+    """Refuse a graph whose inputs or outputs have other names, dtypes or fixed sizes."""
+    names, expected = (sorted(each.name for each in some) for some in (nodes, tensors))
+    if names != expected:
+        raise PlannerError(
+            f"{where}: {side} {', '.join(names)}, by its contract {', '.join(expected)}. "
+            "Export the bundle again."
+        )
+    by_name = {node.name: node for node in nodes}
+    for tensor in tensors:
+        node = by_name[tensor.name]
+        sizes = list(zip(node.shape, tensor.shape, strict=False))
+        fits = len(node.shape) == len(tensor.shape) and all(
+            found == size or not isinstance(found, int) for found, size in sizes
+        )
+        if node.type != _DTYPES[tensor.dtype] or not fits:
+            raise PlannerError(
+                f"{where}: {tensor.name} is {node.type} {tuple(node.shape)}, by its contract "
+                f"{tensor.dtype} {tensor.shape}. Export the bundle again."
+            )
+
+
 def _session(where: str, content: bytes, threads: int) -> Any:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
@@ -105,7 +131,10 @@ def _session(where: str, content: bytes, threads: int) -> Any:
     # Weights and activations near 1e-40 say nothing and are computed many times more slowly.
     options.add_session_config_entry("session.set_denormal_as_zero", "1")
     try:
-        return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        with tempfile.TemporaryDirectory() as nothing:
+            # Weights that the graph names in other files are under no seal: there are none.
+            options.add_session_config_entry(_WEIGHTS_FOLDER, nothing)
+            return onnxruntime.InferenceSession(content, options, providers=_PROVIDERS)
     except Exception as error:  # onnxruntime's errors have no common base
         raise PlannerError(
             f"{where}: onnxruntime {onnxruntime.__version__} cannot run it: {error}"

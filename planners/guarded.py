@@ -4,36 +4,16 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Annotated
-
-import numpy as np
-from pydantic import Field
+from typing import Any
 
 from graspe_data.errors import GraspeError
-from graspe_data.manifest import Settings
 from graspe_data.robot import Limits
+from planners.fitness import GuardSettings, unfit
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"
 
-Age = Annotated[float, Field(gt=0)]
-
 _TOLERANCE = 1e-6
-
-
-class GuardSettings(Settings):
-    """What a situation needs so that a planner is asked."""
-
-    picture_age_s: Age = 0.5
-    """Oldest picture that is driven by."""
-    cloud_age_s: Age = 0.5
-    """Oldest cloud that is driven by."""
-    ahead_s: Annotated[float, Field(ge=0)] = 0.05
-    """How far a stamp may lie in the future; more means that the clocks differ."""
-    needs_picture: bool = True
-    """False for planners that drive by the lidar alone."""
-    period_s: Age = 0.1
-    """Until the next command: a stop brakes as hard as the robot can in this time."""
 
 
 class Guarded:
@@ -48,12 +28,13 @@ class Guarded:
         """Take the planner and the limits of the robot that it drives."""
         self._planner, self._limits = planner, limits
         self._settings = settings or GuardSettings()
+        self._latest_ns: int | None = None
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            reason = self._unfit(situation)
+            reason = self._went_back(situation.now_ns) or unfit(situation, self._settings)
             if reason:
                 return self._stop(situation, reason)
             command = self._planner.command(situation)
@@ -65,29 +46,12 @@ class Guarded:
             return self._stop(situation, f"{type(error).__name__}: {error}")
         return self._stop(situation, reason, command.considered) if reason else command
 
-    def _unfit(self, situation: Situation) -> str:
-        """Why a situation cannot be planned in; empty where it can."""
-        numbers = {"velocity": situation.velocity, "pose": situation.pose, "goal": situation.goal}
-        for name, values in numbers.items():
-            if not np.isfinite(np.asarray(values, np.float64)).all():
-                return f"the {name} is not finite: {values}"
-        settings = self._settings
-        if settings.needs_picture:
-            stamp = None if situation.picture is None else situation.picture.stamp_ns
-            if late := self._late("picture", stamp, situation.now_ns, settings.picture_age_s):
-                return late
-        stamp = None if situation.cloud is None else situation.cloud.stamp_ns
-        return self._late("cloud", stamp, situation.now_ns, settings.cloud_age_s)
-
-    def _late(self, name: str, stamp_ns: int | None, now_ns: int, oldest_s: float) -> str:
-        if stamp_ns is None:
-            return f"there is no {name}"
-        age = (now_ns - stamp_ns) / 1e9
-        if age > oldest_s:
-            return f"the {name} is {age:.2f} s old, more than {oldest_s:g} s"
-        if age < -self._settings.ahead_s:
-            return f"the {name} is {-age:.2f} s in the future: its clock is not the robot's"
-        return ""
+    def _went_back(self, now_ns: int) -> str:
+        """Whether the robot's clock was set back since the last situation."""
+        before, self._latest_ns = self._latest_ns, now_ns
+        if before is None or now_ns >= before:
+            return ""
+        return f"the clock went back by {(before - now_ns) / 1e9:.2f} s"
 
     def _beyond(self, command: Command) -> str:
         """Why a command cannot be driven; empty where it can."""
@@ -107,7 +71,7 @@ class Guarded:
         """The slowest velocity that the robot can have reached by the next command."""
         self._log.warning("stop: %s", reason)
         limits, period = self._limits, self._settings.period_s
-        v, omega = _numbers(situation.velocity)
+        v, omega = _numbers(getattr(situation, "velocity", None))
         slower = _toward_zero(v, limits.linear_acceleration * period)
         straighter = _toward_zero(omega, limits.yaw_acceleration * period)
         return Command(
@@ -118,11 +82,11 @@ class Guarded:
         )
 
 
-def _numbers(velocity: tuple[float, float]) -> tuple[float, float]:
+def _numbers(velocity: Any) -> tuple[float, float]:
     """A velocity, and standing still for what is none."""
     try:
         v, omega = (float(value) for value in velocity)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return 0.0, 0.0
     return (v, omega) if math.isfinite(v) and math.isfinite(omega) else (0.0, 0.0)
 

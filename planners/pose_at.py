@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graspe_data.geometry import Transform, roll_pitch_yaw
+from planners.fitness import FARTHEST
 from planners.situation import Situation
 
 Pose = tuple[float, float, float]
@@ -17,7 +18,8 @@ def pose_at(situation: Situation, stamp_ns: int) -> Pose:
     outside of them the nearest one.
 
     Args:
-        situation: Motions without stamp or pose, or later than now, do not count.
+        situation: Motions without stamp or pose, with one that is damaged, or later than now, do
+            not count.
         stamp_ns: On the clock of the situation.
     """
     known = dict(_poses(situation)) | {situation.now_ns: situation.pose}
@@ -34,6 +36,8 @@ def _poses(situation: Situation) -> list[tuple[int, Pose]]:
     for motion in situation.motions:
         stamp, place, turn = motion.stamp_ns, motion.position, motion.quaternion
         if stamp is None or place is None or turn is None or stamp >= situation.now_ns:
+            continue
+        if not (np.abs((*place, *turn)) <= FARTHEST).all():  # NaN is not either
             continue
         seen = Transform.from_quaternion(np.array(place), np.array(turn))
         yaw = float(roll_pitch_yaw(seen.rotation)[2])

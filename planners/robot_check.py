@@ -39,7 +39,7 @@ def check_robot(
     """Refuse a robot that is not the bundle's.
 
     What the training data did not tell is not compared. A robot may be slower than the bundle's,
-    not faster: of faster motions the model knows nothing.
+    not faster: of faster motions the model knows nothing. NaN matches nothing.
 
     Args:
         contract: Of the bundle.
@@ -76,7 +76,7 @@ def _camera(
     found: Intrinsics = rectifier(calibration.intrinsics, (width, height)).intrinsics
     for name in _PIXELS:
         is_there, should_be = getattr(found, name), getattr(expected, name)
-        if abs(is_there - should_be) > tolerances.pixels:
+        if not abs(is_there - should_be) <= tolerances.pixels:
             yield f"camera {name}: {is_there:.1f} pixels, expected {should_be:.1f}"
 
 
@@ -95,7 +95,7 @@ def _mountings(
 def _mounting(
     name: str, found: Transform, expected: Transform, tolerances: MatchSettings
 ) -> Iterator[str]:
-    if np.linalg.norm(found.translation - expected.translation) > tolerances.metres:
+    if not np.linalg.norm(found.translation - expected.translation) <= tolerances.metres:
         yield (
             f"{name} mounting: at {_shown(found.translation)} m, "
             f"expected {_shown(expected.translation)} m"
@@ -103,7 +103,7 @@ def _mounting(
     # The angle of a rotation follows from its trace.
     between = np.trace(found.rotation @ expected.rotation.T)
     angle = float(np.arccos(np.clip((between - 1) / 2, -1.0, 1.0)))
-    if angle > tolerances.radians:
+    if not angle <= tolerances.radians:
         yield f"{name} mounting: turned by {angle:.3f} rad against the bundle's"
 
 
@@ -115,7 +115,7 @@ def _body(contract: BundleContract, robot: Robot, tolerances: MatchSettings) -> 
         ("footprint width", robot.footprint.width, expected.footprint.width),
     )
     for name, found, wanted in sizes:
-        if abs(found - wanted) > tolerances.metres:
+        if not abs(found - wanted) <= tolerances.metres:
             yield f"{name}: {found:g} m, expected {wanted:g} m"
 
 

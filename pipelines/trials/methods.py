@@ -24,8 +24,9 @@ from planners.calibration import Calibration
 from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
 from planners.dwa_map import DwaMap
+from planners.fitness import GuardSettings
 from planners.graspe_planner import GraspePlanner
-from planners.guarded import Guarded, GuardSettings
+from planners.guarded import Guarded
 from planners.obstacles import ScanObstacles
 from planners.robot_check import check_robot
 from planners.scorer import Scorer

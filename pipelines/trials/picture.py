@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -36,7 +37,8 @@ METHOD_COLOURS: Final = (
     "#56b4e9",
     "#7f3c8d",
 )
-"""Of Okabe and Ito, but green, which plants have; the last is for a seventh method."""
+"""Of Okabe and Ito, but green, which plants have; the last is for a seventh method.
+More are dashed."""
 COLOURS: Final[dict[MaterialName, str]] = {
     "grass": "#dcebb5",
     "bush": "#6d9a4a",
@@ -87,7 +89,8 @@ def draw_trials(world: World, trials: Sequence[Trial], goal_radius: float) -> by
     axes = figure.add_subplot()
     axes.add_patch(Rectangle((low_x, low_y), high_x - low_x, high_y - low_y, fill=False, lw=0.8))
     shown = [*_draw_obstacles(axes, world.obstacles), *_draw_curtains(axes, world)]
-    lines = [_draw_way(axes, *pair) for pair in zip(trials, METHOD_COLOURS, strict=False)]
+    looks = itertools.product(("-", "--", ":"), METHOD_COLOURS)
+    lines = [_draw_way(axes, trial, *look) for trial, look in zip(trials, looks, strict=False)]
     _draw_ends(axes, trials[0], goal_radius)
     axes.set(xlim=(low_x - 1, high_x + 1), ylim=(low_y - 1, high_y + 1), aspect="equal")
     axes.set(xlabel="x, m", ylabel="y, m", title=f"{trials[0].scenario}, seed {trials[0].seed}")
@@ -133,10 +136,10 @@ def _outline(obstacles: Obstacles, row: int) -> Floats:
     return np.concatenate([end + rim, start - rim])
 
 
-def _draw_way(axes: Axes, trial: Trial, colour: str) -> Line2D:
+def _draw_way(axes: Axes, trial: Trial, style: str, colour: str) -> Line2D:
     way = np.array(trial.path)
     label = f"{trial.method}: {trial.outcome.replace('_', ' ')}"
-    (line,) = axes.plot(way[:, 0], way[:, 1], color=colour, linewidth=1.6, label=label)
+    (line,) = axes.plot(way[:, 0], way[:, 1], style, color=colour, linewidth=1.6, label=label)
     if not trial.success:
         axes.plot(*way[-1, :2], marker="X", markersize=9, color=colour, markeredgecolor="white")
     return line

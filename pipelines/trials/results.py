@@ -95,8 +95,8 @@ def read_trials(out: Path) -> list[Trial]:
     """Read all trials of a folder of `graspe navigate run`.
 
     Raises:
-        StageError: There is none, a file is damaged, or the trials of a scenario were not run
-            under the same conditions.
+        StageError: There is none, a file is damaged or not where its trial belongs, or the trials
+            of a scenario were not run under the same conditions.
     """
     paths = sorted(out.glob("*/*/*.json"))
     trials = [read_trial(path) for path in paths]
@@ -104,6 +104,12 @@ def read_trials(out: Path) -> list[Trial]:
         raise StageError(f"{out}: no trials there; `graspe navigate run SCENARIO --out {out}`.")
     first: dict[str, tuple[str, Path]] = {}
     for path, trial in zip(paths, trials, strict=True):
+        belongs = Path(trial.scenario, trial.method, f"{trial.seed}.json")
+        if path.relative_to(out) != belongs:
+            raise StageError(
+                f"{path}: holds the trial {belongs}, which would count twice. Move it there, or "
+                f"remove it."
+            )
         conditions, other = first.setdefault(trial.scenario, (trial.conditions, path))
         if trial.conditions != conditions:
             raise StageError(
@@ -128,7 +134,7 @@ def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[Cell]:
     scenarios = sorted({trial.scenario for trial in trials})
     made = [
         Cell(method, scenario, _of(trials, method, scenario))
-        for method in methods or there
+        for method in dict.fromkeys(methods or there)
         for scenario in scenarios
     ]
     return [cell for cell in made if cell.trials]

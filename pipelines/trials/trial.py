@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import StageError
@@ -15,7 +15,7 @@ from pipelines.trials.map_score import MapScore
 Outcome = Literal["success", "collision", "stuck", "stalled", "left_arena", "timeout"]
 FailureKind = Literal["perception", "threshold", "planner", "world"]
 Metres = Annotated[float, Field(ge=0)]
-Count = Annotated[int, Field(ge=0)]
+Count = Annotated[int, Field(ge=0, le=10**9)]
 Pose = tuple[float, float, float]
 
 MAXIMUM_BYTES = 16 << 20
@@ -80,7 +80,7 @@ class Trial(Settings):
     failure: Failure | None
     duration_s: Metres
     path_m: Metres
-    straight_m: Metres
+    straight_m: Annotated[float, Field(gt=0)]
     collisions: Count
     stuck: Count
     stumbles: Count
@@ -91,8 +91,16 @@ class Trial(Settings):
     start: Pose
     goal: tuple[float, float]
     path_step_s: float
-    path: tuple[Pose, ...]
+    path: Annotated[tuple[Pose, ...], Field(min_length=1)]
     maps: MapScore | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.success and self.failure is not None:
+            raise ValueError("a success has no failure")
+        if self.arcs_free > self.arcs:
+            raise ValueError(f"arcs_free is {self.arcs_free}, of {self.arcs} arcs")
+        return self
 
     @property
     def success(self) -> bool:

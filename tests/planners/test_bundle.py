@@ -6,9 +6,13 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+import onnx
+import onnx.numpy_helper
 import pytest
 
 from graspe_data.bundle_contract import (
@@ -22,6 +26,7 @@ from graspe_data.bundle_contract import (
 )
 from graspe_data.errors import PlannerError
 from planners.bundle import Bundle, load_bundle
+from planners.graph import Arrays, Graph
 from planners.recorded_check import recorded_deviation
 from tests.planners.tiny_bundle import (
     HEIGHT,
@@ -85,6 +90,7 @@ import pkgutil, importlib, pathlib, planners
 for module in pkgutil.iter_modules(planners.__path__):
     importlib.import_module('planners.' + module.name)
 from planners.bundle import load_bundle
+from planners.graph import Arrays, Graph
 from planners.recorded_check import recorded_deviation
 print(recorded_deviation(load_bundle(pathlib.Path({str(bundle_path)!r}))) < 1e-6)
 """
@@ -101,11 +107,24 @@ def test_outputs_that_differ_from_the_recorded_ones(copy: Path) -> None:
         recorded_deviation(load_bundle(copy, threads=1))
 
 
-@pytest.mark.parametrize("content", [b"", b"PK", b"\x80\x04."])
+@pytest.mark.parametrize("content", [b"", b"PK", b"\x80\x04.", b"\x93NUMPY\x01\x00"])
 def test_a_record_that_is_none(copy: Path, content: bytes) -> None:
     (copy / RECORDED_FILE).write_bytes(content)
     seal(copy)
     with pytest.raises(PlannerError, match=f"{RECORDED_FILE}: cannot be read"):
+        recorded_deviation(load_bundle(copy, threads=1))
+
+
+def test_a_record_that_is_no_number(copy: Path) -> None:
+    (copy / RECORDED_FILE).write_bytes(recorded(offset=float("nan")))
+    seal(copy)
+    with pytest.raises(PlannerError, match="success differs by nan here"):
+        recorded_deviation(load_bundle(copy, threads=1))
+
+
+def test_a_record_that_grows_beyond_all_bounds(copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planners.recorded_check.LARGEST", 1000)
+    with pytest.raises(PlannerError, match="bytes, expected at most 1000"):
         recorded_deviation(load_bundle(copy, threads=1))
 
 
@@ -188,6 +207,82 @@ def test_inputs_that_are_not_the_contract_s(bundle: Bundle) -> None:
         bundle.encode({**observation, "image": np.zeros((1, 3, 3), np.uint8)})
     with pytest.raises(PlannerError, match="image is float32"):
         bundle.encode({**observation, "image": observation["image"].astype(np.float32)})
+
+
+@pytest.mark.parametrize(
+    ("key", "changes", "reason"),
+    [
+        ("observation", {"horizon_steps": 9}, "horizon_steps and horizon differ: 9 and 10"),
+        ("observation", {"horizon_step_s": 0.2}, "horizon_step_s and step_s differ"),
+        ("observation", {"picture_size": [24, 30]}, "the camera's width differ: 30 and 32"),
+        ("observation", {"history_steps": 7}, r"velocity_history has shape .* makes \(1, 7, 2\)"),
+        ("robot", {"base_height": 5.0}, "base_height and robot.base_height differ: 0.5 and 5"),
+        ("decision", {"step_weights": [0.0] * 10}, "step_weights sum to 0, not 1"),
+    ],
+)
+def test_a_contract_that_contradicts_itself(
+    copy: Path, key: str, changes: dict[str, Any], reason: str
+) -> None:
+    content = json.loads((copy / CONTRACT_FILE).read_text())
+    content[key] |= changes
+    (copy / CONTRACT_FILE).write_text(json.dumps(content))
+    seal(copy)
+    with pytest.raises(PlannerError, match=reason):
+        load_bundle(copy)
+
+
+def test_a_mounting_that_is_no_rotation(copy: Path) -> None:
+    content = json.loads((copy / CONTRACT_FILE).read_text())
+    pose = content["robot"]["base_from_lidar"]
+    pose["rotation"] = (1000 * np.array(pose["rotation"])).tolist()
+    (copy / CONTRACT_FILE).write_text(json.dumps(content))
+    seal(copy)
+    with pytest.raises(PlannerError, match="rotation is no rotation"):
+        load_bundle(copy)
+
+
+def test_a_graph_of_other_sizes_than_its_contract(copy: Path) -> None:
+    content = json.loads((copy / CONTRACT_FILE).read_text())
+    content["features"][0]["shape"] = [1, 2]
+    (copy / CONTRACT_FILE).write_text(json.dumps(content))
+    seal(copy)
+    with pytest.raises(PlannerError, match=r"brightness is tensor\(float\) \(1, 1\), by its"):
+        load_bundle(copy)
+
+
+def test_weights_that_lie_in_no_sealed_file(
+    copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    graph = onnx.load_from_string((copy / SCORE_GRAPH).read_bytes())
+    (weight,) = (each for each in graph.graph.initializer if each.name == "weight")
+    (tmp_path / "weights.bin").write_bytes(np.float32(0.1).tobytes())
+    weight.ClearField("raw_data")
+    weight.data_location = onnx.TensorProto.EXTERNAL
+    weight.external_data.add(key="location", value="weights.bin")
+    (copy / SCORE_GRAPH).write_bytes(graph.SerializeToString())
+    seal(copy)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(PlannerError, match=f"{SCORE_GRAPH}: onnxruntime .* cannot run it"):
+        load_bundle(copy, threads=1)
+
+
+def test_a_graph_that_gives_one_number_of_candidates(copy: Path) -> None:
+    graph = onnx.load_from_string((copy / SCORE_GRAPH).read_bytes())
+    (end,) = (each for each in graph.graph.initializer if each.name == "steps")
+    end.CopyFrom(onnx.numpy_helper.from_array(np.ones((5, STEPS), np.float32), "steps"))
+    (copy / SCORE_GRAPH).write_bytes(graph.SerializeToString())
+    seal(copy)
+    with pytest.raises(PlannerError, match=r"success is tensor\(float\) \(5, 10\), by its"):
+        load_bundle(str(copy), threads=1)
+
+
+def test_fewer_scores_than_candidates(bundle: Bundle) -> None:
+    class One:
+        def run(self, arrays: Arrays) -> Arrays:  # noqa: ARG002
+            return {"success": np.ones((1, STEPS), np.float32)}
+
+    with pytest.raises(PlannerError, match="success has 1 rows for 7 candidates"):
+        replace(bundle, score_graph=cast("Graph", One())).score({}, _candidates(7))
 
 
 def test_an_output_that_is_no_probability(bundle: Bundle) -> None:

@@ -15,7 +15,8 @@ from graspe_data.robot import Limits, Robot
 from planners.body_discs import BodySettings, body_discs
 from planners.cost_map import CostMap
 from planners.dwa_map import DwaMap, MapDwaSettings
-from planners.guarded import Guarded, GuardSettings
+from planners.fitness import GuardSettings
+from planners.guarded import Guarded
 from planners.intensity_source import IntensitySource
 from planners.map_roll_outs import MapRollOuts
 from planners.situation import Situation

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from graspe_data.errors import PlannerError
 from graspe_data.robot import Limits, Robot
-from planners.guarded import Guarded, GuardSettings
+from planners.fitness import GuardSettings
+from planners.guarded import Guarded
 from planners.situation import Command, Situation
 from tests.planners.conftest import NOW, Situations
 

@@ -57,6 +57,16 @@ def test_another_body(
         check_robot(contract, robot.model_copy(update=changes), calibration)
 
 
+def test_a_calibration_that_is_no_number_matches_nothing(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    nowhere = Transform(np.full((3, 3), np.nan), np.full(3, np.nan))
+    lost = replace(calibration, base_from_camera=nowhere, base_from_lidar=nowhere)
+    for name in ("camera", "lidar"):
+        with pytest.raises(PlannerError, match=rf"{name} mounting: at \(nan, nan, nan\) m"):
+            check_robot(contract, robot, lost)
+
+
 def test_a_slower_robot_matches(
     contract: BundleContract, robot: Robot, calibration: Calibration
 ) -> None:

@@ -160,3 +160,30 @@ def test_a_damaged_file_is_named(content: str, tmp_path: Path) -> None:
         read_trial(tmp_path / "0.json")
     with pytest.raises(StageError, match="cannot be read"):
         read_trial(tmp_path / "1.json")
+
+
+def test_a_trial_that_was_copied_does_not_count_twice(tmp_path: Path) -> None:
+    write(tmp_path, trial("a", 1, success=True))
+    twin = tmp_path / "lane" / "a" / "2.json"
+    twin.write_bytes((tmp_path / "lane" / "a" / "1.json").read_bytes())
+    with pytest.raises(StageError, match=r"2.json: holds the trial lane/a/1.json"):
+        read_trials(tmp_path)
+
+
+def test_a_method_that_is_asked_for_twice_counts_once() -> None:
+    assert len(cells([trial("a", 1, success=True)], ["a", "a"])) == 1
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"failure": Failure(kind="world", told=(0.0, 0.0), predicted=None, free=False)},
+        {"arcs": 3, "arcs_free": 4},
+        {"straight_m": 0.0},
+        {"path": ()},
+        {"collisions": 10**400},
+    ],
+)
+def test_a_trial_that_contradicts_itself(changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"a success has no failure|arcs_free is 4|1 validation"):
+        trial("a", 1, success=True, **changes)
