@@ -31,15 +31,12 @@ class Loss:
         logits: The log-odds of success (B n, T) that it was made of.
         parts: Scalars, by name.
         entropy_scale: What a mean cross-entropy of 1 adds to the total.
-        beside: Log-odds of the same steps by layers that are there for training alone, whose order
-            is taught as well; None without such layers.
     """
 
     total: Tensor
     logits: Tensor
     parts: dict[str, Tensor] = field(default_factory=dict)
     entropy_scale: float = 1.0
-    beside: Tensor | None = None
 
 
 class SuccessModel(nn.Module, ABC):
@@ -86,10 +83,6 @@ class SuccessModel(nn.Module, ABC):
             observation: The columns of candidates: ``trajectory_image`` has B n rows, scene by
                 scene, the others B.
         """
-        return self.score(*self.each(features, observation))
-
-    def each(self, features: Features, observation: Observation) -> tuple[Features, Features]:
-        """What :meth:`score` takes, of n candidates in each of B scenes; see ``score_each``."""
         candidates = {name: observation[name] for name in self.candidate_columns}
         scenes = len(next(iter(features.values())))
         number = len(candidates.get(DRIVEN, ())) // scenes or 1
@@ -97,7 +90,7 @@ class SuccessModel(nn.Module, ABC):
             features = _repeat(features, number)
             shared = {name: candidates[name] for name in candidates if name != DRIVEN}
             candidates |= _repeat(shared, number)
-        return features, candidates
+        return self.score(features, candidates)
 
     def logits(self, observation: Observation) -> Tensor:
         """Log-odds of success, float32 (B, T), of a candidate in each of B scenes."""

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-import torch
 from pydantic import Field
-from torch import Tensor, nn
+from torch import Tensor
 
 from graspe_data.manifest import Settings
-from model_zoo.contract import DRIVEN, Features, Loss, Observation, SuccessModel
+from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.pointnet import orthogonality_penalty
 from model_zoo.layers.reliability_graph import FeatureCounts
 from model_zoo.layers.sensor_encoders import SensorEncoders, SensorEncoderSettings
 from model_zoo.masked_cross_entropy import masked_cross_entropy
-
-_HIDDEN = 128
 
 
 class GraspeFamilySettings(Settings):
@@ -25,14 +22,11 @@ class GraspeFamilySettings(Settings):
         horizon: Steps predicted, T.
         encoders: The four encoders.
         orthogonality: Weight of the penalty on PointNet's feature transform, where it has one.
-        guide: Whether a dense network on f_vec learns beside the fusion, in training alone. Ours:
-            encoders that are taught through the graph alone learn later than it could use.
     """
 
     horizon: int = Field(default=10, ge=1)
     encoders: SensorEncoderSettings = SensorEncoderSettings()
     orthogonality: float = Field(default=0.001, ge=0)
-    guide: bool = False
 
 
 class GraspeFamily(SuccessModel):
@@ -45,7 +39,6 @@ class GraspeFamily(SuccessModel):
         self.horizon = settings.horizon
         self.counts = FeatureCounts()
         self.encoders = SensorEncoders(settings.encoders, self.counts)
-        self.guide = _guide(self.counts.nodes, settings.horizon) if settings.guide else None
 
     @abstractmethod
     def fuse(self, vector: Tensor, candidates: Observation) -> Tensor:
@@ -60,21 +53,12 @@ class GraspeFamily(SuccessModel):
         return self.fuse(self.encoders.join(features, candidates["trajectory_image"]), candidates)
 
     def loss(self, observation: Observation, success: Tensor, mask: Tensor, weight: Tensor) -> Loss:
-        """Cross-entropy of the judged steps, of the guide too, and PointNet's penalty."""
+        """Cross-entropy of the judged steps, and the penalty on PointNet's feature transform."""
         features, transform = self.encoders.scene(observation)
-        repeated, candidates = self.each(features, observation)
-        vector = self.encoders.join(repeated, candidates[DRIVEN])
-        logits = self.fuse(vector, candidates)
-        parts = {"cross_entropy": masked_cross_entropy(logits, success, mask, weight)}
-        beside = None if self.guide is None else self.guide(vector)
-        if beside is not None:
-            parts["guide"] = masked_cross_entropy(beside, success, mask, weight)
-        if transform is not None:
-            penalty = orthogonality_penalty(transform.float())
-            parts["orthogonality"] = self.settings.orthogonality * penalty
-        total = torch.stack(list(parts.values())).sum()
-        return Loss(total, logits, parts if len(parts) > 1 else {}, beside=beside)
-
-
-def _guide(nodes: int, horizon: int) -> nn.Sequential:
-    return nn.Sequential(nn.Linear(nodes, _HIDDEN), nn.ReLU(), nn.Linear(_HIDDEN, horizon))
+        logits = self.score_each(features, observation)
+        entropy = masked_cross_entropy(logits, success, mask, weight)
+        if transform is None:
+            return Loss(entropy, logits)
+        penalty = self.settings.orthogonality * orthogonality_penalty(transform.float())
+        parts = {"cross_entropy": entropy, "orthogonality": penalty}
+        return Loss(entropy + penalty, logits, parts)

@@ -87,8 +87,6 @@ class _LossModule(nn.Module):
         if self._ranking and self.model.candidate_columns:
             scenes = len(observation[self.model.scene_columns[0]])
             order = ranking_loss(loss.logits, success, mask, scenes)
-            if loss.beside is not None:
-                order = order + ranking_loss(loss.beside, success, mask, scenes)
             total = total + self._ranking * loss.entropy_scale * order
             parts["ranking"] = order.detach()
         return total, parts

@@ -7,7 +7,6 @@ import torch
 from torch import Tensor
 
 from model_zoo.contract import Observation, SuccessModel
-from model_zoo.masked_cross_entropy import masked_cross_entropy
 from model_zoo.models.graspe_family import GraspeFamily
 from model_zoo.registry import create_model, model_settings
 
@@ -119,27 +118,12 @@ def test_the_loss_is_the_contracts_and_a_penalty_where_features_are_aligned(
     observe: Observe,
 ) -> None:
     points = {"channels": (8, 16, 32), "align_features": True}
-    model = create_model("graspe", "small", encoders={"points": points}, guide=False).eval()
+    model = create_model("graspe", "small", encoders={"points": points}).eval()
     observation, (success, mask, weight) = observe(2), targets(2)
     loss = model.loss(observation, success, mask, weight)
     expected = SuccessModel.loss(model, observation, success, mask, weight).total
     torch.testing.assert_close(loss.parts["cross_entropy"], expected)
     torch.testing.assert_close(loss.total, expected + loss.parts["orthogonality"])
-
-
-def test_a_guide_is_taught_beside_the_fusion_and_changes_no_prediction(observe: Observe) -> None:
-    guided = create_model("graspe", "small").eval()
-    plain = create_model("graspe", "small", guide=False).eval()
-    plain.load_state_dict({k: v for k, v in guided.state_dict().items() if "guide" not in k})
-    observation, (success, mask, weight) = observe(2), targets(2)
-    loss = guided.loss(observation, success, mask, weight)
-    alone = plain.loss(observation, success, mask, weight)
-    torch.testing.assert_close(loss.logits, guided.logits(observation))
-    torch.testing.assert_close(loss.logits, alone.logits)
-    assert alone.beside is None
-    assert loss.beside is not None
-    beside = masked_cross_entropy(loss.beside, success, mask, weight)
-    torch.testing.assert_close(loss.total, alone.total + beside)
 
 
 def test_no_points_and_no_trajectory_still_give_a_prediction(
