@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -87,7 +88,7 @@ def _read(path: Path, most: int) -> bytes:
 
 def _parsed(path: Path, content: bytes, model: type[Model]) -> Model:
     try:
-        document: Any = json.loads(content)
+        document: Any = json.loads(content, object_pairs_hook=_unique)
     except (ValueError, RecursionError) as error:
         raise PlannerError(f"{path}: not valid JSON: {error}. {_AGAIN}") from error
     if not isinstance(document, dict):
@@ -96,3 +97,11 @@ def _parsed(path: Path, content: bytes, model: type[Model]) -> Model:
         return validate(document, model, str(path))
     except ManifestError as error:
         raise PlannerError(f"{error}\n{_AGAIN}") from error
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        (twice, _), *_ = Counter(name for name, _ in pairs).most_common(1)
+        raise ValueError(f"the key {twice!r} stands twice")
+    return mapping

@@ -59,11 +59,15 @@ class Method:
 
     def inputs(self, conditions: str, seed: int, config: TrialConfig) -> str:
         """Digest of all that a trial's result depends on."""
+        return digest_of([conditions, seed, self.driver(config)])
+
+    def driver(self, config: TrialConfig) -> str:
+        """Digest of who drives: the planner's settings, and the bundle by its seal."""
         seal = None
         if self.bundle is not None:
             seal = hashlib.sha256((self.bundle / SEAL_FILE).read_bytes()).hexdigest()
         settings = [each.model_dump(mode="json") for each in self._settings(config)]
-        return digest_of([VERSION, conditions, seed, self.name, seal, *settings])
+        return digest_of([VERSION, self.name, seal, *settings])
 
     @property
     def asks_the_world(self) -> bool:

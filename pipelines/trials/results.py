@@ -95,28 +95,37 @@ def read_trials(out: Path) -> list[Trial]:
     """Read all trials of a folder of `graspe navigate run`.
 
     Raises:
-        StageError: There is none, a file is damaged or not where its trial belongs, or the trials
-            of a scenario were not run under the same conditions.
+        StageError: There is none, a file is damaged or not where its trial belongs, the trials of
+            a scenario were not run under the same conditions, or those of a method not by the same
+            bundle and settings.
     """
     paths = sorted(out.glob("*/*/*.json"))
     trials = [read_trial(path) for path in paths]
     if not trials:
         raise StageError(f"{out}: no trials there; `graspe navigate run SCENARIO --out {out}`.")
-    first: dict[str, tuple[str, Path]] = {}
+    _check_comparable(out, paths, trials)
+    return trials
+
+
+def _check_comparable(out: Path, paths: Sequence[Path], trials: Sequence[Trial]) -> None:
+    first: dict[tuple[str, str], tuple[str, Path]] = {}
     for path, trial in zip(paths, trials, strict=True):
         belongs = Path(trial.scenario, trial.method, f"{trial.seed}.json")
         if path.relative_to(out) != belongs:
             raise StageError(
                 f"{path}: holds the trial {belongs}, which would count twice. Move it there, or "
-                f"remove it."
+                "remove it."
             )
-        conditions, other = first.setdefault(trial.scenario, (trial.conditions, path))
-        if trial.conditions != conditions:
-            raise StageError(
-                f"{path} and {other} were run under other conditions (scenario, robot or settings):"
-                f" they are not to be compared. Remove one and run it again."
-            )
-    return trials
+        for shared, name, digest in (
+            ("other conditions (scenario, robot or settings)", trial.scenario, trial.conditions),
+            ("another bundle or other settings of the method", trial.method, trial.driver),
+        ):
+            known, other = first.setdefault((shared, name), (digest, path))
+            if digest != known:
+                raise StageError(
+                    f"{path} and {other} were run under {shared}: they are not to be compared. "
+                    "Remove one and run it again."
+                )
 
 
 def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[Cell]:

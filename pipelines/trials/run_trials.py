@@ -101,8 +101,8 @@ def _run_one(out: Path, task: TrialTask) -> Trial:
     planner = make_planner(task.method, field, task.config, task.threads, watch, witness)
     with _quiet_planners():
         run = run_trial(field, planner, settings, task.method.senses, witness)
-    digest, inputs = task.conditions.digest, task.inputs
-    trial = summarise(field, run, settings, task.method.name, digest, inputs)
+    digests = task.conditions.digest, task.method.driver(task.config), task.inputs
+    trial = summarise(field, run, settings, task.method.name, *digests)
     if watch is not None:
         trial = trial.model_copy(update={"maps": watch.score(field, run.drive)})
     if task.record:

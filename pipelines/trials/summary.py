@@ -20,7 +20,13 @@ PATH_STEP_S = 0.2
 
 
 def summarise(
-    field: Field, run: Run, settings: TrialSettings, method: str, conditions: str, inputs: str
+    field: Field,
+    run: Run,
+    settings: TrialSettings,
+    method: str,
+    conditions: str,
+    driver: str,
+    inputs: str,
 ) -> Trial:
     """Count, measure and explain a trial.
 
@@ -30,6 +36,7 @@ def summarise(
         settings: How it was run.
         method: Who drove.
         conditions: Digest, see ``Trial``.
+        driver: Digest, see ``Trial``.
         inputs: Digest, see ``Trial``.
     """
     drive, logbook = run.drive, run.logbook
@@ -43,6 +50,7 @@ def summarise(
         method=method,
         seed=field.seed,
         conditions=conditions,
+        driver=driver,
         inputs=inputs,
         outcome=run.outcome,
         failure=explain(

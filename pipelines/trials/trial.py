@@ -55,6 +55,7 @@ class Trial(Settings):
 
     Attributes:
         conditions: Digest of scenario, robot and settings, which methods share.
+        driver: Digest of the method: its settings and, of a bundle, its seal.
         inputs: Digest of the conditions, the seed and the method.
         failure: None for a success.
         duration_s: Simulated time until the end.
@@ -70,11 +71,12 @@ class Trial(Settings):
         maps: Of a planner that drives by a map; None of others.
     """
 
-    format: Literal["graspe-trial-1"] = "graspe-trial-1"
+    format: Literal["graspe-trial-2"] = "graspe-trial-2"
     scenario: str
     method: str
     seed: Count
     conditions: str
+    driver: str
     inputs: str
     outcome: Outcome
     failure: Failure | None

@@ -185,6 +185,14 @@ def test_an_unknown_key_of_the_contract_is_named(copy: Path) -> None:
         load_bundle(copy)
 
 
+def test_a_key_that_stands_twice_is_named(copy: Path) -> None:
+    content = (copy / CONTRACT_FILE).read_text()
+    (copy / CONTRACT_FILE).write_text('{"model": "other", ' + content[1:])
+    seal(copy)
+    with pytest.raises(PlannerError, match="not valid JSON: the key 'model' stands twice"):
+        load_bundle(copy)
+
+
 def test_a_graph_that_is_none(copy: Path) -> None:
     (copy / SCORE_GRAPH).write_bytes(b"no graph")
     seal(copy)

@@ -121,6 +121,6 @@ def drives(lane_of: LaneOf) -> Drives:
         lane, settings = lane_of(*features, seed=seed, **changes), TrialSettings(**changes)
         run = run_trial(lane, planner, settings, senses)
         conditions = Conditions(scenario=lane.scenario, robot=lane.robot, trial=settings)
-        return run, summarise(lane, run, settings, "ours", conditions.digest, "")
+        return run, summarise(lane, run, settings, "ours", conditions.digest, "", "")
 
     return drive

@@ -24,6 +24,7 @@ def trial(method: str, seed: int, *, success: bool, path_m: float = 12.0, **chan
         "method": method,
         "seed": seed,
         "conditions": "c",
+        "driver": "d",
         "inputs": "i",
         "outcome": "success" if success else "collision",
         "failure": None if success else failure,
@@ -167,6 +168,12 @@ def test_a_trial_that_was_copied_does_not_count_twice(tmp_path: Path) -> None:
     twin = tmp_path / "lane" / "a" / "2.json"
     twin.write_bytes((tmp_path / "lane" / "a" / "1.json").read_bytes())
     with pytest.raises(StageError, match=r"2.json: holds the trial lane/a/1.json"):
+        read_trials(tmp_path)
+
+
+def test_trials_of_two_bundles_under_one_name_are_not_one_method(tmp_path: Path) -> None:
+    write(tmp_path, trial("a", 1, success=True), trial("a", 2, success=True, driver="another"))
+    with pytest.raises(StageError, match="another bundle or other settings of the method"):
         read_trials(tmp_path)
 
 
