@@ -17,6 +17,7 @@ from model_zoo.augmentation import CONDITIONS, Condition, columns_needed
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.evaluation.metrics import Bools
+from model_zoo.training.labels import check_binary
 
 _LABELS = ("success", "success_mask", "recording")
 _UNGROUPED = "ungrouped"
@@ -54,8 +55,9 @@ def open_judged_split(
     """Check that a dataset fits a checkpoint, and read its labels.
 
     Raises:
-        ZooError: The dataset does not fit the model, the split has no judged step, a row is of no
-            recording, a condition is unknown, or ``every`` is not positive.
+        ZooError: The dataset does not fit the model, the split has no judged step, a label is
+            neither 0 nor 1, a row is of no recording, a condition is unknown, or ``every`` is not
+            positive.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
     _check_conditions(conditions)
@@ -66,6 +68,7 @@ def open_judged_split(
     labels = Dataset(path, split, _LABELS, check="crc")
     columns = labels.batch(np.arange(len(labels)))
     mask = columns["success_mask"].astype(bool)
+    check_binary(columns["success"], mask, f"{path}: split {split!r}: success")
     rows = np.flatnonzero(mask.any(axis=1)).astype(np.int64, copy=False)
     if not rows.size:
         raise ZooError(

@@ -51,7 +51,7 @@ class SceneSettings(Settings):
     point_net: PointNetSettings = PointNetSettings()
     fusion: tuple[Count, Count] = (256, 128)
     beams: Count = 720
-    map_pixels: Count = 200
+    map_pixels: Annotated[Count, Field(le=2048)] = 200
     map_depth: Metres = 10.0
 
 

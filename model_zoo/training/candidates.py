@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from graspe_data.errors import ZooError
+from graspe_data.shards import Dataset
 from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, SuccessModel
-from model_zoo.training.labels import MASK, SUCCESS
+from model_zoo.training.labels import MASK, SUCCESS, check_binary
 
 IMAGE, OUTCOME, ASKED = CANDIDATE_COLUMNS = (
     "candidate_image",
@@ -37,6 +39,33 @@ def candidate_columns(
             f"recordings of `graspe simulate` with `candidates:` in the dataset's manifest."
         )
     return CANDIDATE_COLUMNS
+
+
+def check_candidates(folder: Path, split: str, number: int, horizon: int) -> None:
+    """Hold what a dataset knows of candidates against what a recipe and a model ask for.
+
+    Raises:
+        ZooError: The rows have fewer, of another horizon or size of picture, or labels that are
+            neither 0 nor 1.
+        ShardError: The columns are damaged.
+    """
+    rows = Dataset(folder, split, (OUTCOME, ASKED), check="crc")
+    declared = {column.name: column for column in rows.index.columns}
+    known = declared[ASKED].shape[0]
+    if known < number:
+        raise ZooError(
+            f"recipe: candidates is {number}, the rows of {folder} have {known}. Set it lower."
+        )
+    expected = {OUTCOME: (known, horizon), IMAGE: (known, *declared[DRIVEN].shape)}
+    for name, shape in expected.items():
+        if declared[name].shape != shape:
+            raise ZooError(
+                f"{folder}: column {name} has rows of {declared[name].shape}, expected {shape}: "
+                "one for each candidate, as those of the driven trajectory. Build it again."
+            )
+    arrays = rows.batch(np.arange(len(rows)))
+    judged = arrays[ASKED].astype(bool)[:, :, None]
+    check_binary(arrays[OUTCOME], judged, f"{folder}: split {split!r}: {OUTCOME}")
 
 
 def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:

@@ -16,6 +16,7 @@ from model_zoo.training.labels import LABEL_COLUMNS
 
 TRAIN, VALIDATION = SPLITS = ("train", "validation")
 ROWS_TRIED = 2
+_PICTURES = {"image": ("uint8",), "trajectory_image": ("uint8", "bool")}
 
 
 def check_declared(index: DatasetIndex, model: SuccessModel, name: str, where: str) -> None:
@@ -28,7 +29,8 @@ def check_declared(index: DatasetIndex, model: SuccessModel, name: str, where: s
         where: The dataset, for the error's text.
 
     Raises:
-        ZooError: A split is missing or empty, a column is missing, or the horizon differs.
+        ZooError: A split is missing or empty, a column is missing, the horizon differs, or
+            pictures are of another dtype.
     """
     for split in SPLITS:
         if not index.splits.get(split) or not index.rows(split):
@@ -46,6 +48,12 @@ def check_declared(index: DatasetIndex, model: SuccessModel, name: str, where: s
         )
     for label in LABEL_COLUMNS:
         _check_horizon(columns[label], model.horizon, name, where)
+    for column, dtypes in _PICTURES.items():
+        if column in model.columns and columns[column].dtype not in dtypes:
+            raise ZooError(
+                f"{where}: column {column} is {columns[column].dtype}, expected "
+                f"{' or '.join(dtypes)}. Build the dataset again."
+            )
 
 
 def check_forward(model: SuccessModel, dataset: Dataset, name: str) -> None:

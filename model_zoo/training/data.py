@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lightning_fabric import Fabric
+from torch.nn.modules.batchnorm import _BatchNorm
 
 from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
@@ -16,7 +17,7 @@ from model_zoo.augmentation.sensor_settings import sensor_settings
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
-from model_zoo.training.candidates import candidate_columns
+from model_zoo.training.candidates import candidate_columns, check_candidates
 from model_zoo.training.check_values import check_values
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
 from model_zoo.training.chosen_rows import ChosenRows, choose_rows
@@ -96,9 +97,12 @@ def _training(
     preparation = Preparation(augmentation, recipe.seed, recipe.candidates)
     offered = [column.name for column in index.columns]
     others = candidate_columns(model, recipe.candidates, offered, str(folder))
+    if others:
+        check_candidates(folder, TRAIN, recipe.candidates, model.horizon)
     columns = (*preparation.columns(model.columns, offered), *LABEL_COLUMNS, *others)
     rows = choose_rows(labels, recipe.balance)
     _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(folder))
+    _check_normalised(model, recipe.batch_size)
     return BatchLoader(
         ChosenRows(Dataset(folder, TRAIN, columns), rows),
         recipe.batch_size,
@@ -135,4 +139,12 @@ def _check_one_step(rows: int, step_size: int, where: str) -> None:
         raise ZooError(
             f"{where}: {rows} training rows with a judged step do not fill one step of "
             f"{step_size}. Set the recipe's batch_size lower, or take fewer ranks."
+        )
+
+
+def _check_normalised(model: SuccessModel, batch_size: int) -> None:
+    if batch_size == 1 and any(isinstance(part, _BatchNorm) for part in model.modules()):
+        raise ZooError(
+            "recipe: batch_size is 1, expected 2 or more: the model normalises by the rows of a "
+            "batch, and a single one has no spread."
         )

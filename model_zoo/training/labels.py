@@ -43,13 +43,36 @@ def read_labels(folder: Path, split: str) -> Labels:
 
     Raises:
         ShardError: No such dataset, split or columns, or the labels are damaged.
-        ZooError: The judged steps of the split are all of one class, or there are none.
+        ZooError: The judged steps of the split are all of one class, there are none, or a label
+            is neither 0 nor 1.
     """
     rows = Dataset(folder, split, LABEL_COLUMNS, check="crc")
     arrays = rows.batch(np.arange(len(rows)))
-    labels = Labels(arrays[SUCCESS].astype(bool), arrays[MASK].astype(bool))
-    _check_classes(labels, f"{folder}: split {split!r}")
+    where, mask = f"{folder}: split {split!r}", arrays[MASK].astype(bool)
+    check_binary(arrays[SUCCESS], mask, f"{where}: {SUCCESS}")
+    labels = Labels(arrays[SUCCESS].astype(bool), mask)
+    _check_classes(labels, where)
     return labels
+
+
+def check_binary(success: NDArray[np.generic], judged: NDArray[np.bool_], where: str) -> None:
+    """Refuse labels that are neither 0 nor 1.
+
+    Args:
+        success: (N, ...).
+        judged: bool, of the same leading shape; others may hold anything.
+        where: The column, for the error's text.
+
+    Raises:
+        ZooError: Names the first row and what it holds.
+    """
+    wrong = (success != 0) & (success != 1) & judged
+    if wrong.any():
+        row = int(np.argwhere(wrong)[0, 0])
+        raise ZooError(
+            f"{where}: row {row} holds {success[wrong][0]}, expected 0 for failure or 1 for "
+            "success where a step is judged. Build the dataset again."
+        )
 
 
 def _check_classes(labels: Labels, where: str) -> None:

@@ -19,6 +19,7 @@ from model_zoo.registry import create_model
 from model_zoo.training.candidates import (
     CANDIDATE_COLUMNS,
     candidate_columns,
+    check_candidates,
     draw_candidates,
     join_candidates,
 )
@@ -226,6 +227,14 @@ def test_a_model_without_a_trajectory_takes_none_and_no_columns_are_read() -> No
     assert candidate_columns(nmfnet, 3, (), "data") == ()
     assert candidate_columns(Drawing(), 0, (), "data") == ()
     assert candidate_columns(Drawing(), 3, CANDIDATE_COLUMNS, "data") == CANDIDATE_COLUMNS
+
+
+def test_candidates_that_do_not_fit_are_refused_before_training(tmp_path: Path) -> None:
+    data = with_candidates(tmp_path / "dataset")
+    with pytest.raises(ZooError, match=f"candidates is {KNOWN + 1}, the rows of .* have {KNOWN}"):
+        check_candidates(data, "train", KNOWN + 1, HORIZON)
+    with pytest.raises(ZooError, match=r"candidate_success has rows of .*, expected"):
+        check_candidates(data, "train", KNOWN, HORIZON + 1)
 
 
 def test_a_dataset_that_does_not_know_is_refused_before_training(tmp_path: Path) -> None:

@@ -6,11 +6,13 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from safetensors.torch import load_file
 from torch import Tensor
 
+from graspe_data.columns import Column
 from graspe_data.errors import ShardError, ZooError
 from model_zoo.checkpoints.sealed_folder import SEAL_NAME
 from model_zoo.contract import Loss, Observation
@@ -22,6 +24,7 @@ from tests.model_zoo.training.tiny import (
     MACHINE,
     RECIPE,
     TinyModel,
+    columns,
     make_model,
     make_splits,
     train_tiny,
@@ -198,6 +201,10 @@ Change = Callable[[dict[str, dict[str, object]]], None]
         (lambda s: s["validation"]["success"].fill(0), "split 'validation': .* are all failures"),
         (lambda s: s["train"]["success_mask"].fill(0), "none of 24 rows has a judged step"),
         (
+            lambda s: s["train"]["success"].__imul__(255),
+            "split 'train': success: row 0 holds 255, expected 0 for failure or 1",
+        ),
+        (
             lambda s: s["train"]["r_img"].__setitem__(5, float("nan")),
             r"split 'train', row 5 \(recording train.bag\): column r_img",
         ),
@@ -253,6 +260,37 @@ def test_a_missing_column_wrong_sizes_and_another_horizon_are_refused(
 def test_a_dataset_smaller_than_a_step_is_refused(dataset: Path, tmp_path: Path) -> None:
     with pytest.raises(ZooError, match=r"24 training rows .* do not fill one step of 25"):
         train_tiny(dataset, tmp_path, changed(batch_size=25))
+
+
+def test_batches_of_one_row_are_refused_where_they_are_normalised(
+    dataset: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(ZooError, match="batch_size is 1, expected 2 or more"):
+        train_tiny(dataset, tmp_path / "a", changed(batch_size=1))
+    plain = TinyModel(norm=False)
+    train_tiny(dataset, tmp_path / "b", changed(batch_size=1, epochs=1), plain)
+
+
+def test_pictures_of_another_dtype_are_refused(tmp_path: Path) -> None:
+    class Drawn(TinyModel):
+        columns = ("velocity_history", "r_img", "trajectory_image")
+
+    drawn = Column(
+        name="trajectory_image",
+        dtype="float32",
+        shape=(4, 6),
+        unit="",
+        frame="",
+        meaning="",
+        stage="test",
+    )
+    splits = {
+        split: arrays | {"trajectory_image": np.zeros((len(arrays["success"]), 4, 6), np.float32)}
+        for split, arrays in make_splits().items()
+    }
+    data = write_dataset(tmp_path / "dataset", splits, (*columns(), drawn))
+    with pytest.raises(ZooError, match="trajectory_image is float32, expected uint8 or bool"):
+        train_tiny(data, tmp_path / "run", model=Drawn())
 
 
 def test_a_gpu_that_is_not_there_is_refused(
