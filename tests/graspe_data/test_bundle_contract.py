@@ -10,7 +10,7 @@ from graspe_data.manifest import validate
 
 OBSERVATION = {
     "picture_size": (240, 320),
-    "points": {},
+    "points": {"base_height": 0.2},
     "image_reliability": {},
     "point_reliability": {},
     "history_steps": 50,
