@@ -21,8 +21,9 @@ from benchmarks.publish import publish
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
+from graspe_data.shards.dataset_manifest import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
-from planners.arc_distance import free_way
+from planners.arc_distance import FreeWay, free_way
 from planners.body_discs import BodySettings, body_discs
 from planners.obstacles import scan_points
 
@@ -94,23 +95,37 @@ class References:
     blind: Floats
 
 
-def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> References:
-    """Seconds until the candidate meets something in the scan, at most the horizon's."""
+@dataclass(frozen=True)
+class Ways:
+    """Candidates (N, K, 2), m/s and rad/s, and by the laser scan the free way of each scene's."""
+
+    robot: Robot
+    velocities: Floats
+    free: list[FreeWay]
+
+
+def scan_ways(data: Path, split: str, rows: NDArray[np.int64]) -> Ways:
+    """How far each candidate gets until it meets something in its row's scan."""
     dataset = Dataset(data, split, ("laser_scan", "candidate_velocity"))
-    settings = dataset.index.configuration
-    robot = Robot.model_validate(settings["robot"])
-    body = body_discs(robot.footprint, BodySettings())
-    batch = dataset.batch(rows)
+    robot = Robot.model_validate(dataset.index.configuration["robot"])
+    body, batch = body_discs(robot.footprint, BodySettings()), dataset.batch(rows)
     velocities = batch["candidate_velocity"].astype(np.float64)
     half = LaserScanSettings().half_angle
     free = [
-        free_way(asked, scan_points(scan.astype(np.float32), half), body).length / asked[:, 0]
+        free_way(asked, scan_points(scan.astype(np.float32), half), body)
         for asked, scan in zip(velocities, batch["laser_scan"], strict=True)
     ]
-    horizon = settings["dataset"]["horizon"]  # type: ignore[call-overload,index]
+    return Ways(robot, velocities, free)
+
+
+def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> References:
+    """Seconds until the candidate meets something in the scan, at most the horizon's."""
+    ways = scan_ways(data, split, rows)
+    v, omega = np.moveaxis(ways.velocities, -1, 0)
+    free = np.stack([way.length for way in ways.free]) / v
+    horizon = read_index(data).configuration["dataset"]["horizon"]  # type: ignore[call-overload,index]
     longest = float(horizon["steps"]) * float(horizon["step_s"])  # type: ignore[index,arg-type,call-overload]
-    blind = -velocities[..., 0] - np.abs(velocities[..., 1])
-    return References(np.minimum(np.stack(free), longest), blind)
+    return References(np.minimum(free, longest), -v - np.abs(omega))
 
 
 def rank(through: Bools, least: Floats) -> Ranking:

@@ -14,16 +14,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.candidate_truth import known, least_success, read_arguments
+from benchmarks.candidate_truth import known, least_success, read_arguments, scan_ways
 from benchmarks.publish import publish
-from graspe_data.observation.laser_scan import LaserScanSettings
-from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
-from planners.arc_distance import admissible, free_way
-from planners.body_discs import BodySettings, body_discs
+from planners.arc_distance import admissible
 from planners.graspe_planner import GraspeSettings
-from planners.obstacles import scan_points
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -53,16 +49,13 @@ def main() -> int:
 
 def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Bools, Floats]:
     """Whether the scan bars each candidate (N, K), as the planner judges; and r_point (N,)."""
-    dataset = Dataset(data, split, ("laser_scan", "candidate_velocity", "r_point"))
-    robot = Robot.model_validate(dataset.index.configuration["robot"])
-    settings, half = GraspeSettings(), LaserScanSettings().half_angle
-    body, batch = body_discs(robot.footprint, BodySettings()), dataset.batch(rows)
-    velocities = batch["candidate_velocity"].astype(np.float64)
-    admitted = []
-    for asked, scan in zip(velocities, batch["laser_scan"], strict=True):
-        way = free_way(asked, scan_points(scan.astype(np.float32), half), body)
-        admitted.append(admissible(asked, way, robot.limits, settings.reaction_s))
-    return ~np.stack(admitted), batch["r_point"].astype(np.float64)
+    ways, reaction_s = scan_ways(data, split, rows), GraspeSettings().reaction_s
+    admitted = [
+        admissible(asked, way, ways.robot.limits, reaction_s)
+        for asked, way in zip(ways.velocities, ways.free, strict=True)
+    ]
+    r_point = Dataset(data, split, ("r_point",)).batch(rows)["r_point"]
+    return ~np.stack(admitted), r_point.astype(np.float64)
 
 
 def _bands(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list[str]:

@@ -220,6 +220,7 @@ class BundleContract(Settings):
     def _said_twice(self) -> None:
         """What stands in two places has to agree."""
         observed, robot = self.observation, self.robot
+        height, width = observed.picture_size
         pairs = {
             "observation.horizon_steps and horizon": (observed.horizon_steps, self.horizon),
             "observation.horizon_step_s and step_s": (observed.horizon_step_s, self.step_s),
@@ -230,14 +231,8 @@ class BundleContract(Settings):
         }
         if robot.camera is not None:
             pairs |= {
-                "picture_size and the camera's height": (
-                    observed.picture_size[0],
-                    robot.camera.height,
-                ),
-                "picture_size and the camera's width": (
-                    observed.picture_size[1],
-                    robot.camera.width,
-                ),
+                "picture_size and the camera's height": (height, robot.camera.height),
+                "picture_size and the camera's width": (width, robot.camera.width),
             }
         for names, (one, other) in pairs.items():
             if abs(one - other) > _TOLERANCE:

@@ -52,10 +52,7 @@ def check_candidates(folder: Path, split: str, number: int, horizon: int) -> Non
     rows = Dataset(folder, split, (OUTCOME, ASKED), check="crc")
     declared = {column.name: column for column in rows.index.columns}
     known = declared[ASKED].shape[0]
-    if known < number:
-        raise ZooError(
-            f"recipe: candidates is {number}, the rows of {folder} have {known}. Set it lower."
-        )
+    _check_number(known, number)
     expected = {OUTCOME: (known, horizon), IMAGE: (known, *declared[DRIVEN].shape)}
     for name, shape in expected.items():
         if declared[name].shape != shape:
@@ -75,10 +72,7 @@ def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:
         ZooError: The rows have fewer.
     """
     rows, known = batch[ASKED].shape
-    if known < number:
-        raise ZooError(
-            f"recipe: candidates is {number}, the dataset's rows have {known}. Set it lower."
-        )
+    _check_number(known, number)
     drawn = np.random.default_rng([seed, step, 0, 3]).random((rows, known)).argsort(axis=1)
     kept, row = torch.from_numpy(drawn[:, :number].copy()), torch.arange(rows)[:, None]
     return batch | {name: batch[name][row, kept] for name in CANDIDATE_COLUMNS}
@@ -100,3 +94,10 @@ def join_candidates(batch: Batch) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     share = success.new_full((rows, number), number / (2 * (number - 1)))
     share[:, 0] = number / 2
     return images.flatten(0, 1), success.flatten(0, 1), mask.flatten(0, 1), share.flatten()
+
+
+def _check_number(known: int, number: int) -> None:
+    if known < number:
+        raise ZooError(
+            f"recipe: candidates is {number}, the dataset's rows have {known}. Set it lower."
+        )

@@ -231,7 +231,9 @@ def test_a_model_without_a_trajectory_takes_none_and_no_columns_are_read() -> No
 
 def test_candidates_that_do_not_fit_are_refused_before_training(tmp_path: Path) -> None:
     data = with_candidates(tmp_path / "dataset")
-    with pytest.raises(ZooError, match=f"candidates is {KNOWN + 1}, the rows of .* have {KNOWN}"):
+    with pytest.raises(
+        ZooError, match=f"candidates is {KNOWN + 1}, the dataset's rows have {KNOWN}"
+    ):
         check_candidates(data, "train", KNOWN + 1, HORIZON)
     with pytest.raises(ZooError, match=r"candidate_success has rows of .*, expected"):
         check_candidates(data, "train", KNOWN, HORIZON + 1)
