@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -48,7 +48,7 @@ def main() -> int:
         asked = encode(held, arguments.data, arguments.split, arguments.every)
         through = asked.success.bool().all(dim=2).numpy()
         fusions = {f"{name}, fresh": learn(name, known) for name in _names(checkpoints)}
-        for name, model in ({"its own": _family(held)} | fusions).items():
+        for name, model in ({"its own": family_member(held)} | fusions).items():
             found = rank(through, least_success(model, asked))
             figures = f"{found.pooled:.3f} | {found.within:.3f}"
             lines.append(f"| {path.parent.name} | {name} | {figures} |")
@@ -59,7 +59,7 @@ def main() -> int:
 
 def encode(checkpoint: Checkpoint, data: Path, split: str, every: int) -> Encoded:
     """What the encoders make of every so many rows of a split."""
-    model = _family(checkpoint).eval()
+    model = family_member(checkpoint).eval()
     columns = (*(name for name in model.scene_columns if name not in RELIABILITIES), *RELIABILITIES)
     dataset = Dataset(data, split, (*columns, "candidate_image", "candidate_success"))
     rows = np.arange(0, len(dataset), every)
@@ -81,10 +81,10 @@ def encode(checkpoint: Checkpoint, data: Path, split: str, every: int) -> Encode
     )
 
 
-def learn(name: str, known: Encoded) -> GraspeFamily:
+def learn(name: str, known: Encoded, **overrides: Any) -> GraspeFamily:
     """A model of preset ``small`` whose fusion has learned from encoded scenes."""
     torch.manual_seed(0)
-    model = cast("GraspeFamily", create_model(name, "small")).train()
+    model = cast("GraspeFamily", create_model(name, "small", **overrides)).train()
     fusion = [w for n, w in model.named_parameters() if not n.startswith("encoders.")]
     adam = torch.optim.Adam(fusion, LEARNING_RATE, weight_decay=1.5e-4)
     decay = torch.optim.lr_scheduler.CosineAnnealingLR(adam, STEPS)
@@ -125,7 +125,8 @@ def _fuse(model: GraspeFamily, scenes: Encoded, rows: Tensor) -> Tensor:
     return model.fuse(vectors.flatten(0, 1), reliabilities)
 
 
-def _family(checkpoint: Checkpoint) -> GraspeFamily:
+def family_member(checkpoint: Checkpoint) -> GraspeFamily:
+    """The checkpoint's model, which must be one of GrASPE's family."""
     if not isinstance(checkpoint.model, GraspeFamily):
         raise SystemExit(f"{checkpoint.config.model}: expected a model of GrASPE's family")
     return checkpoint.model

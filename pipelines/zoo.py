@@ -15,6 +15,7 @@ from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation.compare import compare
 from model_zoo.evaluation.evaluate import evaluate, with_training
 from model_zoo.evaluation.evaluation import Evaluation, read_evaluation
+from model_zoo.evaluation.evaluation_file import evaluation_name
 from model_zoo.evaluation.progress import Progress
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
@@ -22,7 +23,7 @@ from model_zoo.training.recipe import Recipe
 from model_zoo.training.train import check_run, train
 from pipelines.zoo_checks import check_data, check_distinct, check_folders
 
-EVALUATION_FILE, COMPARISON_FOLDER = "evaluation.json", "comparison"
+COMPARISON_FOLDER = "comparison"
 
 
 class ZooProgress(Protocol):
@@ -102,13 +103,14 @@ def run_zoo(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Path:
 
 
 def _evaluations(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Iterator[Evaluation]:
+    named_file = evaluation_name(zoo.split, zoo.conditions, zoo.every)
     for run in runs:
         recipe = zoo.recipe_of(run)
         folder, named = zoo.out / run.name, (run.model, run.preset)
         with progress.training() as told:
             checkpoint = train(*named, zoo.dataset, recipe, folder, told, zoo.machine)
         with progress.evaluation() as told_too:
-            yield evaluate_once(zoo, checkpoint, folder / EVALUATION_FILE, told_too)
+            yield evaluate_once(zoo, checkpoint, folder / named_file, told_too)
 
 
 def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) -> Evaluation:

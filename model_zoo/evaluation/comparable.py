@@ -35,7 +35,7 @@ def check_trainings(runs: Sequence[Evaluation]) -> None:
     """Refuse trainings of one model, recipe and dataset that are not repetitions of each other.
 
     Raises:
-        ZooError: Two have the same seed, or other numbers of parameters.
+        ZooError: Two have the same seed, other settings, or other numbers of parameters.
     """
     by_seed: dict[int, Evaluation] = {}
     for run in runs:
@@ -44,6 +44,12 @@ def check_trainings(runs: Sequence[Evaluation]) -> None:
                 f"compare: {_name(run)} and {_name(runs[0])} differ in parameters: "
                 f"{run.parameters} and {runs[0].parameters}, so they are not one model. Compare "
                 "them apart, or train one of them again."
+            )
+        if None not in (run.settings, runs[0].settings) and run.settings != runs[0].settings:
+            raise ZooError(
+                f"compare: {_name(run)} and {_name(runs[0])} were made with other settings under "
+                "the name of one preset, so they are not one model. Compare them apart, or train "
+                "one of them again."
             )
         if run.seed is not None and run.seed in by_seed:
             _refuse_same_seed(run, by_seed[run.seed])

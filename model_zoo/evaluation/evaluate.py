@@ -16,7 +16,7 @@ from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
 from model_zoo.evaluation.latency import measure_latency
 from model_zoo.evaluation.predictions import predict_split
 from model_zoo.evaluation.progress import Progress, Silent
-from model_zoo.evaluation.recipe_summary import summarise_recipe
+from model_zoo.evaluation.recipe_summary import digest_of, summarise_recipe
 from model_zoo.evaluation.score_cells import score_cells
 
 
@@ -97,6 +97,7 @@ def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
         "recipe": summarise_recipe(checkpoint.recipe),
         "steps": steps if isinstance(steps, int) and steps >= 0 else None,
         "parameters": checkpoint.config.parameters,
+        "settings": digest_of(checkpoint.config.numbers),
         "checkpoint": checkpoint.digest,
         "trained_on": checkpoint.config.dataset_digest,
         "temperature": None if calibration is None else calibration.temperature,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from stat import S_ISREG
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -13,7 +14,7 @@ from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import Settings, validate
 from graspe_data.shards.dataset_manifest import Sha256, canonical_json
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
-from model_zoo.evaluation.latency import Latency
+from model_zoo.evaluation.latency import LARGEST_COUNT, Latency
 from model_zoo.evaluation.recipe_summary import RecipeSummary
 
 _LARGEST = 256 << 20
@@ -30,6 +31,7 @@ class Evaluation(Settings):
         recipe: The rest of it; None where it is not known.
         steps: That the training did; None where it is not known.
         parameters: Numbers in the model.
+        settings: Digest of the model's settings; None where they are not known.
         checkpoint: Digest of the checkpoint.
         trained_on: Digest of the dataset it was trained on.
         dataset: Digest of the dataset of this evaluation.
@@ -48,7 +50,8 @@ class Evaluation(Settings):
     seed: int | None
     recipe: RecipeSummary | None = None
     steps: Annotated[int, Field(ge=0)] | None = None
-    parameters: Annotated[int, Field(ge=0)]
+    parameters: Annotated[int, Field(ge=0, le=LARGEST_COUNT)]
+    settings: Sha256 | None = None
     checkpoint: Sha256
     trained_on: Sha256
     dataset: Sha256
@@ -111,7 +114,10 @@ def read_evaluation(path: Path) -> Evaluation:
         ZooError: It is missing, not JSON, or no evaluation; each fault with its key.
     """
     try:
-        if path.stat().st_size > _LARGEST:
+        found = path.stat()
+        if not S_ISREG(found.st_mode):
+            raise ZooError(f"{path}: no regular file; give the file that `zoo evaluate` wrote.")
+        if found.st_size > _LARGEST:
             raise ZooError(f"{path}: larger than {_LARGEST} bytes, so no evaluation.")
         content = json.loads(path.read_bytes())
         if not isinstance(content, dict):

@@ -16,7 +16,11 @@ from graspe_data.manifest import Settings
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.contract import Observation
 
+LARGEST_COUNT = 1 << 53
+"""Of what a file may claim: up to here every integer is a float, too."""
 _STATUS = Path("/proc/self/status")
+
+Number = Annotated[int, Field(ge=0, le=LARGEST_COUNT)]
 
 
 class Latency(Settings):
@@ -35,11 +39,11 @@ class Latency(Settings):
 
     median_ms: Annotated[float, Field(ge=0)]
     p90_ms: Annotated[float, Field(ge=0)]
-    runs: int
-    weight_bytes: int
-    working_bytes: int | None
+    runs: Number
+    weight_bytes: Number
+    working_bytes: Number | None
     device: str
-    threads: int
+    threads: Number
 
 
 def measure_latency(checkpoint: Checkpoint, observation: Observation, runs: int = 30) -> Latency:

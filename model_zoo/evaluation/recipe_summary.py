@@ -39,7 +39,7 @@ def summarise_recipe(recipe: Any) -> RecipeSummary | None:
     content = {str(name): value for name, value in recipe.items() if name != "seed"}
     try:
         values = {name: _value(value) for name, value in content.items()}
-        return RecipeSummary(digest=_digest(content), values=values)
+        return RecipeSummary(digest=digest_of(content), values=values)
     except (ShardError, TypeError):
         return None
 
@@ -47,8 +47,9 @@ def summarise_recipe(recipe: Any) -> RecipeSummary | None:
 def _value(value: Any) -> Value:
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    return _digest({"value": value})[:_SHORT]
+    return digest_of({"value": value})[:_SHORT]
 
 
-def _digest(content: Mapping[str, Any]) -> str:
+def digest_of(content: Mapping[str, Any]) -> str:
+    """SHA-256 of values that JSON has, whatever their order."""
     return hashlib.sha256(canonical_json(content).encode()).hexdigest()

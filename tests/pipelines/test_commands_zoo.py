@@ -104,6 +104,7 @@ def test_a_run_trains_evaluates_and_compares_and_does_nothing_twice(
     files = {path: path.stat().st_mtime_ns for path in (out / "paad-small-0").rglob("*.json")}
     assert zoo(*words).exit_code == 0
     assert {path: path.stat().st_mtime_ns for path in files} == files
+    assert (out / "paad-small-0" / "evaluation-clean.json") in files  # a fuller one would stay
 
 
 def test_training_and_evaluating_are_commands_of_their_own(

@@ -171,6 +171,8 @@ def test_trainings_of_one_seed_are_no_repetitions(make: Make) -> None:
         contestants(older)
     with pytest.raises(ZooError, match="differ in parameters: 31 and 30"):
         contestants([one, make(1).model_copy(update={"parameters": 31, "recipe": one.recipe})])
+    with pytest.raises(ZooError, match="other settings under the name of one preset"):
+        contestants([one, make(2).model_copy(update={"settings": "0" * 64})])
 
 
 def test_other_rows_are_refused(make: Make) -> None:

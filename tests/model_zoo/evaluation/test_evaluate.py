@@ -100,10 +100,10 @@ def test_an_evaluation_that_does_not_tell_the_recipe_is_read(
     write_tiny: Write, dataset: Path, tmp_path: Path
 ) -> None:
     found = evaluated(write_tiny(), dataset)
-    older = json.loads(found.model_dump_json(exclude={"recipe", "steps"}))
+    older = json.loads(found.model_dump_json(exclude={"recipe", "steps", "settings"}))
     (tmp_path / "older.json").write_text(json.dumps(older))
     again = read_evaluation(tmp_path / "older.json")
-    assert again == found.model_copy(update={"recipe": None, "steps": None})
+    assert again == found.model_copy(update={"recipe": None, "steps": None, "settings": None})
     assert with_training(again, load_checkpoint(write_tiny())) == found
 
 
@@ -215,6 +215,8 @@ def test_files_that_are_no_evaluation_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "evaluation.json"
     with pytest.raises(ZooError, match="cannot be read"):
         read_evaluation(path)
+    with pytest.raises(ZooError, match="no regular file"):
+        read_evaluation(tmp_path)
     for text, said in (
         ("[]", "expected a mapping"),
         ("{", "not valid JSON"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -57,3 +58,17 @@ def test_an_evaluation_without_scores_is_refused(content: Content, tmp_path: Pat
     path.write_text(json.dumps(content | {"cells": []}))
     with pytest.raises(ZooError, match="cells: found 0, expected one for every scenario"):
         read_evaluation(path)
+
+
+def test_a_count_beyond_any_memory_is_refused(content: Content, tmp_path: Path) -> None:
+    path = tmp_path / "evaluation.json"
+    content["latency"]["weight_bytes"] = 10**400
+    path.write_text(json.dumps(content))
+    with pytest.raises(ZooError, match=r"latency\.weight_bytes"):
+        read_evaluation(path)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "evaluation.json")
+    with pytest.raises(ZooError, match="no regular file"):
+        read_evaluation(tmp_path / "evaluation.json")

@@ -1,0 +1,60 @@
+"""What lambda and the reliabilities are worth to the graph: fresh A-GNNs on held encoders.
+
+Equation (6) has lambda, which nobody printed, and the reliabilities, of which the weights beta of
+equation (5) are a part. All that beta can do is move r_point; beside the reliabilities as they were
+made, the graph is taught with sensors that are always trusted and with sensors that never are.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import torch
+
+from benchmarks.candidate_truth import rank, read_arguments
+from benchmarks.fusion_probe import TRAINED_EVERY, Encoded, encode, learn, least_success
+from benchmarks.publish import publish
+from model_zoo.checkpoints import load_checkpoint
+
+DECAYS = (0.5, 2.0, 5.0, 20.0, 80.0)
+SHIPPED = 20.0
+
+
+def main() -> int:
+    """Probe every checkpoint's encoders, and store the table."""
+    arguments = read_arguments(__doc__, every=2)
+    lines = [
+        "| encoders | lambda | reliabilities | AU-ROC, all | within a scene |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for path in arguments.checkpoints:
+        held = load_checkpoint(path)
+        known = encode(held, arguments.data, "train", TRAINED_EVERY)
+        asked = encode(held, arguments.data, arguments.split, arguments.every)
+        for decay, trust in [(decay, None) for decay in DECAYS] + [(SHIPPED, 1.0), (SHIPPED, 0.0)]:
+            figures = probe(decay, _trusting(known, trust), _trusting(asked, trust))
+            made = "as made" if trust is None else f"all {trust:g}"
+            lines.append(f"| {path.parent.name} | {decay:g} | {made} | {figures} |")
+            sys.stderr.write(lines[-1] + "\n")
+    publish(lines, arguments.out)
+    return 0
+
+
+def probe(decay: float, known: Encoded, asked: Encoded) -> str:
+    """How a fresh A-GNN ranks that has learned from encoded scenes."""
+    through = asked.success.bool().all(dim=2).numpy()
+    model = learn("graspe", known, graph={"decay": decay})
+    found = rank(through, least_success(model, asked))
+    return f"{found.pooled:.3f} | {found.within:.3f}"
+
+
+def _trusting(scenes: Encoded, trust: float | None) -> Encoded:
+    if trust is None:
+        return scenes
+    held = {name: torch.full_like(r, trust) for name, r in scenes.reliabilities.items()}
+    return replace(scenes, reliabilities=held)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
