@@ -17,7 +17,7 @@ from benchmarks.fusion_probe import TRAINED_EVERY, Encoded, encode, learn, least
 from benchmarks.publish import publish
 from model_zoo.checkpoints import load_checkpoint
 
-DECAYS = (0.5, 2.0, 5.0, 20.0, 80.0)
+DECAYS = (2.0, 5.0, 20.0, 80.0)
 SHIPPED = 20.0
 
 
