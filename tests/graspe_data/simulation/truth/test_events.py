@@ -124,7 +124,7 @@ def shares(truth: Sequence[Event], found: Sequence[Event], kind: str) -> tuple[i
 
 def test_the_label_rules_find_what_holds_a_robot(world_of: WorldOf, spot: Robot) -> None:
     counts = np.zeros(4, int)
-    for seed in range(2):
+    for seed in range(5):
         world = field(world_of, seed)
         generator = np.random.default_rng(seed)
         planner = RandomPlanner(world, spot, PlannerSettings(caution=0.2), generator.spawn(1)[0])
@@ -132,6 +132,6 @@ def test_the_label_rules_find_what_holds_a_robot(world_of: WorldOf, spot: Robot)
         found = propose(series(drive), ProposalSettings()).events
         counts += shares(true_events(drive), found, "stuck")
     real, recalled, proposed, correct = counts.tolist()
-    assert real >= 5
-    assert recalled / real >= 0.9
+    assert real >= 10
+    assert recalled / real >= 0.8  # .93 of 292; the drives differ from processor to processor
     assert correct / proposed >= 0.9
