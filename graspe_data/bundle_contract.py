@@ -130,17 +130,25 @@ class Assumptions(Settings):
     robot: RobotContract
 
 
-class Decision(Settings):
-    """How GrASPE turns probabilities into a choice.
+class Thresholds(Settings):
+    """From which probabilities and reliabilities on GrASPE's planner believes.
 
     Attributes:
         acceptance: e_th of section IV-G: a candidate is taken when min(E) is this or more.
         reliability: r_th of equation (8): the first branch holds at this or less.
-        step_weights: Of a weighted score over the T steps; nearer ones count more, sum 1.
     """
 
     acceptance: Probability = 0.5
     reliability: Probability = 0.4
+
+
+class Decision(Thresholds):
+    """How GrASPE turns probabilities into a choice.
+
+    Attributes:
+        step_weights: Of a weighted score over the T steps; nearer ones count more, sum 1.
+    """
+
     step_weights: tuple[Probability, ...]
 
 

@@ -10,6 +10,7 @@ from graspe_data.bundle_contract import (
     Decision,
     ObservationContract,
     Tensor,
+    Thresholds,
     Tolerance,
 )
 from graspe_data.errors import ZooError
@@ -24,6 +25,7 @@ def bundle_contract(
     assumptions: Assumptions,
     features: Mapping[str, tuple[int, ...]],
     tolerance: Tolerance,
+    thresholds: Thresholds,
 ) -> BundleContract:
     """State what the graphs of a checkpoint take and give.
 
@@ -32,6 +34,7 @@ def bundle_contract(
         assumptions: How the rows were made that it was trained on.
         features: Shapes of what goes from one graph to the other, in their order.
         tolerance: Of parity.
+        thresholds: Of the planner.
 
     Raises:
         ZooError: As :func:`model_inputs`.
@@ -59,7 +62,9 @@ def bundle_contract(
         ),
         uses_candidates=several,
         temperature=temperature(checkpoint),
-        decision=Decision(step_weights=tuple(decision_weights(config.horizon).tolist())),
+        decision=Decision(
+            **dict(thresholds), step_weights=tuple(decision_weights(config.horizon).tolist())
+        ),
         observation=assumptions.observation,
         robot=assumptions.robot,
         dataset_digest=config.dataset_digest,

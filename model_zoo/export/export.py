@@ -17,6 +17,7 @@ from graspe_data.bundle_contract import (
     RECORDED_FILE,
     SCORE_GRAPH,
     Assumptions,
+    Thresholds,
     Tolerance,
 )
 from graspe_data.errors import ZooError
@@ -35,7 +36,11 @@ from model_zoo.export.scenes import adverse_scenes, drawn_scenes, real_scenes
 
 
 def export_bundle(
-    checkpoint: Path, out: Path, dataset: Path | None = None, progress: Progress | None = None
+    checkpoint: Path,
+    out: Path,
+    dataset: Path | None = None,
+    progress: Progress | None = None,
+    thresholds: Thresholds | None = None,
 ) -> Path:
     """Export a checkpoint as a bundle; nothing is written unless onnxruntime agrees with torch.
 
@@ -45,6 +50,7 @@ def export_bundle(
         dataset: The dataset it was trained on. With it, real rows are tried; without, drawn ones.
             A checkpoint that does not know how its dataset was made needs it.
         progress: Is told of every case that is tried.
+        thresholds: Of the planner; None has the defaults.
 
     Returns:
         The bundle's folder.
@@ -60,7 +66,9 @@ def export_bundle(
     inputs = model_inputs(loaded, assumptions.observation)
     bases = real_scenes(dataset, tuple(inputs)) if dataset else drawn_scenes([*inputs.values()])
     graphs = export_graphs(loaded.model, temperature(loaded), bases[0].observation())
-    contract = bundle_contract(loaded, assumptions, graphs.features, Tolerance())
+    contract = bundle_contract(
+        loaded, assumptions, graphs.features, Tolerance(), thresholds or Thresholds()
+    )
     scenes = [*bases, *adverse_scenes(bases[0])]
     parity = check_parity(loaded, graphs, contract, scenes, candidate_images(contract), told)
     files = {

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from graspe_data.bundle_contract import PARITY_FILE
+from graspe_data.bundle_contract import PARITY_FILE, Thresholds
 from pipelines.commands.zoo import needing_torch
 from pipelines.progress import ConsoleProgress
 
@@ -21,6 +21,16 @@ def export(
         Path | None,
         typer.Option(help="The dataset it was trained on: the bundle is tried on real rows of it."),
     ] = None,
+    acceptance: Annotated[
+        float,
+        typer.Option(
+            min=0, max=1, help="e_th: a planner drives an arc when min(E) is this or more."
+        ),
+    ] = Thresholds().acceptance,
+    reliability: Annotated[
+        float,
+        typer.Option(min=0, max=1, help="r_th: at this r_point or less it does not ask the scan."),
+    ] = Thresholds().reliability,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Export a model for planners: ONNX graphs, contract, recorded inputs and outputs.
@@ -30,7 +40,8 @@ def export(
     with needing_torch():
         from model_zoo.export import export_bundle  # noqa: PLC0415
     with ConsoleProgress(Console(stderr=True)) as told:
-        bundle = export_bundle(checkpoint, out, dataset, told)
+        thresholds = Thresholds(acceptance=acceptance, reliability=reliability)
+        bundle = export_bundle(checkpoint, out, dataset, told, thresholds)
     parity = json.loads((bundle / PARITY_FILE).read_text(encoding="utf-8"))
     if as_json:
         typer.echo(json.dumps({"bundle": str(bundle), "parity": parity}, indent=2))

@@ -117,11 +117,21 @@ def test_a_bundle_stands_alone(exported: tuple[Path, Result]) -> None:
     assert np.max(told["differences"]) < 1e-5
 
 
-def test_json_is_a_report(checkpoint: Path, tmp_path: Path) -> None:
-    result = run(checkpoint, "--out", tmp_path / "bundle", "--json")
+def test_json_is_a_report_and_thresholds_are_kept(checkpoint: Path, tmp_path: Path) -> None:
+    thresholds = ("--acceptance", 0.8, "--reliability", 0.6)
+    result = run(checkpoint, "--out", tmp_path / "bundle", "--json", *thresholds)
     told = json.loads(result.stdout)
+    content = json.loads((tmp_path / "bundle" / CONTRACT_FILE).read_text())
+    assert (content["decision"]["acceptance"], content["decision"]["reliability"]) == (0.8, 0.6)
     assert told["bundle"] == str(tmp_path / "bundle")
     assert {"cases", "largest_difference", "tolerance"} <= told["parity"].keys()
+
+
+def test_a_threshold_is_a_probability(checkpoint: Path, tmp_path: Path) -> None:
+    result = run(checkpoint, "--out", tmp_path / "bundle", "--acceptance", 1.2)
+    assert result.exit_code == 2
+    assert "--acceptance" in result.output
+    assert not (tmp_path / "bundle").exists()
 
 
 def test_no_checkpoint_is_a_plain_text(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from graspe_data.bundle_contract import (
     RECORDED_FILE,
     SCORE_GRAPH,
     BundleContract,
+    Thresholds,
 )
 from graspe_data.errors import ZooError
 from model_zoo.contract import Observation, SuccessModel
@@ -71,6 +72,17 @@ def test_the_card_tells(quick: Made) -> None:
     assert "| into score | trajectory_image | uint8 | (K, 240, 320)" in card
     assert "cases (adverse, real)" in card
     assert "Not known of it: nothing." in card
+
+
+@pytest.mark.usefixtures("exported_before")
+def test_the_thresholds_of_a_field_go_with_the_bundle(quick: Made, tmp_path: Path) -> None:
+    fitted = Thresholds(acceptance=0.8, reliability=0.6)
+    bundle = export_bundle(quick.checkpoint, tmp_path / "bundle", thresholds=fitted)
+    decision, before = contract(bundle).decision, contract(quick.bundle).decision
+    assert (decision.acceptance, decision.reliability) == (0.8, 0.6)
+    assert (before.acceptance, before.reliability) == (0.5, 0.4)
+    assert decision.step_weights == before.step_weights
+    assert "0.8 or more" in (bundle / CARD_FILE).read_text()
 
 
 @pytest.mark.usefixtures("exported_before")
