@@ -40,6 +40,7 @@ def train(
     out: Path,
     progress: TrainingProgress | None = None,
     machine: Machine | None = None,
+    /,
     **overrides: Any,
 ) -> Path:
     """Train a model of the zoo, or go on where a training in the same folder was interrupted.

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from graspe_data.errors import StageError
+from pipelines.commands.overrides import read_overrides
 from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
@@ -81,6 +82,14 @@ def train_command(
     out: Annotated[Path, typer.Option(help="The run's folder; run again, it goes on.")],
     preset: Preset = "small",
     recipe: RecipeName = "small",
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A setting that differs from the preset's, such as graph.decay=5; repeat.",
+        ),
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Instead of the recipe's.")] = None,
     device: Device = "auto",
     workers: Readers = 1,
@@ -93,9 +102,9 @@ def train_command(
     asked = load_recipe(recipe)
     if seed is not None:
         asked = asked.model_copy(update={"seed": seed})
-    machine = _machine(device, workers, threads)
+    machine, overrides = _machine(device, workers, threads), read_overrides(changes or [])
     with _training() as told:
-        checkpoint = train(model, preset, data, asked, out, told, machine)
+        checkpoint = train(model, preset, data, asked, out, told, machine, **overrides)
     typer.echo(f"{checkpoint}\nNext: graspe zoo evaluate {checkpoint} --data {data}")
 
 

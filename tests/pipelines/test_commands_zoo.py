@@ -111,8 +111,11 @@ def test_training_and_evaluating_are_commands_of_their_own(
     dataset: Path, recipe: Path, tmp_path: Path
 ) -> None:
     run = tmp_path / "run"
-    said = zoo("train", "paad", "--data", dataset, "--out", run, "--recipe", recipe, "--workers", 0)
+    words = ("--data", dataset, "--out", run, "--recipe", recipe, "--workers", 0)
+    said = zoo("train", "paad", *words, "--set", "trunk_width=12")
     assert said.exit_code == 0, said.output
+    config = json.loads((run / "checkpoint" / "config.json").read_text())
+    assert (config["preset"], config["numbers"]["trunk_width"]) == ("small", 12)
     said = zoo("evaluate", run / "checkpoint", "--data", dataset, "--clean")
     assert said.exit_code == 0, said.output
     assert "AU-ROC" in said.stdout
@@ -168,6 +171,9 @@ def test_a_run_looks_at_all_folders_before_the_first_step(
         (("train", "graspe"), "points"),
         (("train", "paad", "--recipe", "smal"), "small"),
         (("train", "paad", "--preset", "tiny"), "small"),
+        (("train", "paad", "--set", "trunk_with=12"), "trunk_width"),
+        (("train", "paad", "--set", "model_name=x"), "model_name"),
+        (("train", "paad", "--set", "trunk_width=wide"), "trunk_width"),
     ],
 )
 def test_what_does_not_fit_is_one_clear_error(
