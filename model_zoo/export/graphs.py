@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import torch
@@ -92,14 +94,26 @@ class _Score(nn.Module):
         return torch.sigmoid(self.model.score(features, candidates) / self.temperature)
 
 
+@contextmanager
+def _quiet_torch() -> Iterator[None]:
+    """Without torch's words on changes to come within itself, and on torchvision's absence."""
+    told = logging.getLogger("torch.onnx")
+    level = told.level
+    told.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        told.setLevel(level)
+
+
 def _export(
     module: nn.Module, inputs: tuple[Tensor, ...], names: tuple[str, ...], outputs: tuple[str, ...]
 ) -> ModelProto:
     many = torch.export.Dim("K", min=1)
     open_axes = tuple({0: many} if name == CANDIDATES else None for name in names)
     try:
-        # torch warns of changes to come within itself.
-        with warnings.catch_warnings(action="ignore"):
+        with _quiet_torch():
             traced = torch.export.export(module.eval(), inputs, dynamic_shapes=(open_axes,))
             made = torch.onnx.export(
                 traced,
