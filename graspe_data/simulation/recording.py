@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.geometry import Floats
 from graspe_data.known_outcomes import KnownOutcomes
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
-from graspe_data.robot import Robot
+from graspe_data.robot import Limits, Robot
 from graspe_data.simulation.field import part_generator
 from graspe_data.simulation.message_stream import START_NS, MessageStream, stamp_of
 from graspe_data.simulation.messages import Messages
@@ -124,11 +125,9 @@ def _truth(simulated: SimulatedDrive) -> RecordedTruth:
 
 def _outcomes(simulated: SimulatedDrive) -> KnownOutcomes:
     """Candidates forward, drawn from the robot's limits, and how each would have ended."""
-    steps, limits = _pictures(simulated), simulated.robot.limits
+    steps = _pictures(simulated)
     drawn = part_generator(simulated.scenario, simulated.seed, "candidates")
-    fastest, shape = limits.linear_velocity[1], (len(steps), CANDIDATES)
-    linear = drawn.uniform(SLOWEST_SHARE * fastest, fastest, shape)
-    velocities = np.stack([linear, drawn.uniform(*limits.yaw_rate, shape)], axis=2).round(4)
+    velocities = draw_candidates(simulated.robot.limits, len(steps), drawn)
     success = candidate_success(
         simulated.world,
         simulated.robot,
@@ -141,6 +140,18 @@ def _outcomes(simulated: SimulatedDrive) -> KnownOutcomes:
     )
     stamps = np.array([stamp_of(int(step)) for step in steps])
     return KnownOutcomes(stamps, velocities, success, ARC_STEP_S)
+
+
+def draw_candidates(limits: Limits, pictures: int, generator: np.random.Generator) -> Floats:
+    """Velocities forward within a robot's limits, v and omega in m/s and rad/s.
+
+    Returns:
+        float64 (pictures, CANDIDATES, 2), to a tenth of a mm/s.
+    """
+    fastest, shape = limits.linear_velocity[1], (pictures, CANDIDATES)
+    linear = generator.uniform(SLOWEST_SHARE * fastest, fastest, shape)
+    yaw_rate = generator.uniform(*limits.yaw_rate, shape)
+    return np.stack([linear, yaw_rate], axis=2).round(4)
 
 
 def _pictures(simulated: SimulatedDrive) -> NDArray[np.intp]:

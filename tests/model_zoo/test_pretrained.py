@@ -10,7 +10,7 @@ import torch
 from model_zoo.checkpoints import load_checkpoint
 
 PRETRAINED = Path(__file__).parents[2] / "pretrained"
-NAMES = ("graspe", "graspe_no_agnn")
+NAMES = ("graspe", "graspe_no_agnn", "graspe_no_reliability", "nmfnet", "paad")
 
 
 def test_these_ship_and_nothing_else() -> None:

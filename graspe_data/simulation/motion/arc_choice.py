@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from graspe_data.geometry import Floats
 from graspe_data.robot import Footprint, Robot
-from graspe_data.simulation.motion.arc_contacts import arc_poses, failure_times
+from graspe_data.simulation.motion.arc_contacts import failure_times
+from graspe_data.simulation.motion.arc_samples import arc_poses
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.motion.mechanics import MechanicsSettings
 from graspe_data.simulation.motion.planner_settings import PlannerSettings

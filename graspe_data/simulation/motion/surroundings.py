@@ -56,16 +56,5 @@ class Surroundings:
         share = np.clip(np.sum(offset * along, axis=1) / square, 0.0, 1.0)
         distance = np.linalg.norm(offset - share[:, None] * along, axis=1) - self._all.radius
         self.index = np.flatnonzero(distance <= self._radius + 2.1 * AHEAD)
-        self.near = _take(self._all, self.index)
+        self.near = self._all.at(self.index)
         self._centre = np.array(centre)
-
-
-def _take(obstacles: Obstacles, index: NDArray[np.intp]) -> Obstacles:
-    return Obstacles(
-        obstacles.start[index],
-        obstacles.end[index],
-        obstacles.radius[index],
-        obstacles.strength[index],
-        obstacles.effect[index],
-        tuple(obstacles.material[i] for i in index.tolist()),
-    )

@@ -60,13 +60,16 @@ class Obstacles:
 
     def having(self, *effects: Effect) -> Obstacles:
         """Those with one of these effects."""
-        kept = np.isin(self.effect, [EFFECTS.index(effect) for effect in effects])
-        names = tuple(name for name, keep in zip(self.material, kept, strict=True) if keep)
+        wanted = np.isin(self.effect, [EFFECTS.index(effect) for effect in effects])
+        return self.at(np.flatnonzero(wanted))
+
+    def at(self, index: NDArray[np.intp]) -> Obstacles:
+        """Those of these numbers, in that order."""
         return Obstacles(
-            self.start[kept],
-            self.end[kept],
-            self.radius[kept],
-            self.strength[kept],
-            self.effect[kept],
-            names,
+            self.start[index],
+            self.end[index],
+            self.radius[index],
+            self.strength[index],
+            self.effect[index],
+            tuple(self.material[number] for number in index.tolist()),
         )
