@@ -136,7 +136,7 @@ class StorageSettings(Settings):
 
     rows_per_shard: Annotated[int, Field(ge=1, le=65_536)] = 256
     image_codec: Literal["raw", "png"] = "raw"
-    optional_columns: tuple[OptionalColumn, ...] = ()
+    optional_columns: tuple[OptionalColumn, ...] = ("smoothness",)
 
 
 class DatasetManifest(Settings):

@@ -63,7 +63,7 @@ def columns_needed(
     Args:
         model_columns: What the model reads.
         offered: What the dataset has: of the columns that are added here, those it lacks are left
-            out. ``smoothness`` is one that a dataset may lack; then r_point stays as it is.
+            out. It may lack ``smoothness``: see ``check_lidar_may_fail``.
 
     Raises:
         ZooError: The model reads a column of which it is not known how it looks in a mirror.
@@ -82,6 +82,29 @@ def columns_needed(
         added += ["points", "point_count"]
     kept = [name for name in added if offered is None or name in offered]
     return tuple(dict.fromkeys((*model_columns, *kept)))
+
+
+def check_lidar_may_fail(
+    model_columns: Collection[str], offered: Collection[str], where: str, otherwise: str
+) -> None:
+    """Refuse a dataset that cannot tell how reliable a cloud is of which returns are lost.
+
+    Args:
+        model_columns: What the model reads.
+        offered: What the dataset has.
+        where: Of the dataset, for the error.
+        otherwise: What else can be done about it.
+
+    Raises:
+        ZooError: The model reads r_point, and the dataset has no ``smoothness``.
+    """
+    if set(OF_POINTS).isdisjoint(model_columns) or "smoothness" in offered:
+        return
+    raise ZooError(
+        f"{where}: no column smoothness. The model reads r_point, which is computed anew from it "
+        f"where the lidar fails. Put smoothness into storage.optional_columns of the dataset's "
+        f"manifest and build again, or {otherwise}."
+    )
 
 
 def _draw(settings: AugmentationSettings, key: tuple[int, int, int]) -> RowFailure:

@@ -141,3 +141,9 @@ class AugmentationSettings(Settings):
     """As the dataset's: r_img of degraded pictures is computed with it."""
     point_reliability: PointReliabilitySettings = PointReliabilitySettings()
     """As the dataset's: r_point of degraded clouds is computed with it."""
+
+    @property
+    def lidar_may_fail(self) -> bool:
+        """Whether any row's cloud is ever degraded."""
+        failures = (self.sector_loss, self.thinning, self.scatter)
+        return any(failure.probability > 0 for failure in failures)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
-from model_zoo.augmentation import CONDITIONS, Condition, columns_needed
+from model_zoo.augmentation import CONDITIONS, Condition, check_lidar_may_fail, columns_needed
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.evaluation.metrics import Bools
@@ -55,9 +55,9 @@ def open_judged_split(
     """Check that a dataset fits a checkpoint, and read its labels.
 
     Raises:
-        ZooError: The dataset does not fit the model, the split has no judged step, a label is
-            neither 0 nor 1, a row is of no recording, a condition is unknown, or ``every`` is not
-            positive.
+        ZooError: The dataset does not fit the model or a condition, the split has no judged step, a
+            label is neither 0 nor 1, a row is of no recording, a condition is unknown, or ``every``
+            is not positive.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
     _check_conditions(conditions)
@@ -84,7 +84,7 @@ def open_judged_split(
     if stamps is not None:
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
     return JudgedSplit(
-        dataset=Dataset(path, split, _columns(checkpoint, index, conditions), check="crc"),
+        dataset=Dataset(path, split, _columns(checkpoint, index, conditions, path), check="crc"),
         rows=rows,
         success=columns["success"].astype(bool)[rows],
         mask=mask[rows],
@@ -139,13 +139,15 @@ def _check_columns(checkpoint: Checkpoint, index: DatasetIndex, path: Path) -> N
 
 
 def _columns(
-    checkpoint: Checkpoint, index: DatasetIndex, conditions: Sequence[Condition]
+    checkpoint: Checkpoint, index: DatasetIndex, conditions: Sequence[Condition], path: Path
 ) -> list[str]:
     """The model's, and where sensors fail what that reads; stamps name the rows."""
     names = checkpoint.model.columns
     if set(conditions) == {"clean"}:
         return list(names)
     declared = {column.name for column in index.columns}
+    if "lidar_sector_lost" in conditions:
+        check_lidar_may_fail(names, declared, str(path), "leave lidar_sector_lost out (--clean)")
     return sorted({*columns_needed(names, declared), *({"stamp_ns"} & declared)})
 
 

@@ -99,7 +99,7 @@ def _training(
     others = candidate_columns(model, recipe.candidates, offered, str(folder))
     if others:
         check_candidates(folder, TRAIN, recipe.candidates, model.horizon)
-    columns = (*preparation.columns(model.columns, offered), *LABEL_COLUMNS, *others)
+    columns = (*preparation.columns(model.columns, offered, str(folder)), *LABEL_COLUMNS, *others)
     rows = choose_rows(labels, recipe.balance)
     _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(folder))
     _check_normalised(model, recipe.batch_size)

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from model_zoo.augmentation.augment import augment, columns_needed
+from model_zoo.augmentation.augment import augment, check_lidar_may_fail, columns_needed
 from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 from model_zoo.batches import Batch
 from model_zoo.training.candidates import ASKED, draw_candidates
 from model_zoo.training.chosen_rows import MIRRORED
+
+_WHOLE_LIDAR = (
+    "set the probability of sector_loss, thinning and scatter to 0 in the recipe's augmentation"
+)
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,17 @@ class Preparation:
             return batch
         return augment(batch, self.augmentation, self.seed, number)
 
-    def columns(self, wanted: Collection[str], offered: Collection[str]) -> tuple[str, ...]:
+    def columns(
+        self, wanted: Collection[str], offered: Collection[str], where: str
+    ) -> tuple[str, ...]:
         """The columns to read so that these can be prepared.
 
         Raises:
-            ZooError: Augmentation does not know one of them.
+            ZooError: Augmentation does not know one of them, or the dataset, named by ``where``,
+                lacks what r_point of a failing lidar is computed from.
         """
         if self.augmentation is None:
             return tuple(wanted)
+        if self.augmentation.lidar_may_fail:
+            check_lidar_may_fail(wanted, offered, where, _WHOLE_LIDAR)
         return columns_needed(wanted, offered)

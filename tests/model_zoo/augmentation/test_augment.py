@@ -14,7 +14,12 @@ from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
-from model_zoo.augmentation import AugmentationSettings, augment, columns_needed
+from model_zoo.augmentation import (
+    AugmentationSettings,
+    augment,
+    check_lidar_may_fail,
+    columns_needed,
+)
 
 Make = Callable[..., dict[str, Tensor]]
 
@@ -165,6 +170,22 @@ def test_columns_needed_for_reliabilities() -> None:
 def test_added_columns_that_a_dataset_lacks_are_left_out() -> None:
     model = ("points", "point_count", "r_point")
     assert columns_needed(model, offered=model) == model
+
+
+def test_a_failing_lidar_asks_for_what_r_point_follows_from() -> None:
+    model = ("points", "point_count", "r_point")
+    with pytest.raises(ZooError, match=r"^field: no column smoothness.* or take another\.$"):
+        check_lidar_may_fail(model, model, "field", "take another")
+    check_lidar_may_fail(model, (*model, "smoothness"), "field", "take another")
+    check_lidar_may_fail(("points", "r_img"), model, "field", "take another")
+
+
+@pytest.mark.parametrize("part", ["sector_loss", "thinning", "scatter"])
+def test_a_lidar_may_fail_by_any_of_its_failures(part: str) -> None:
+    whole = {key: {"probability": 0.0} for key in ("sector_loss", "thinning", "scatter")}
+    assert not AugmentationSettings.model_validate(whole).lidar_may_fail
+    failing = whole | {part: {"probability": 0.01}}
+    assert AugmentationSettings.model_validate(failing).lidar_may_fail
 
 
 def test_a_column_without_a_known_mirror_image_is_refused() -> None:

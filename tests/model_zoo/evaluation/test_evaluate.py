@@ -54,6 +54,15 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
         assert len(cell.au_roc_resamples) == 50
 
 
+def test_a_lost_sector_asks_for_what_r_point_follows_from(
+    write_tiny: Write, dataset: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checkpoint = load_checkpoint(write_tiny())
+    monkeypatch.setattr(TinyModel, "columns", ("velocity_history", "r_point"))
+    with pytest.raises(ZooError, match=r"no column smoothness.*leave lidar_sector_lost out"):
+        evaluate(checkpoint, dataset, conditions=("clean", "lidar_sector_lost"))
+
+
 @pytest.mark.parametrize("every", [2, 5, 10**30])
 def test_every_so_many_rows_of_each_recording_from_its_first(
     write_tiny: Write, tmp_path: Path, every: int

@@ -55,10 +55,19 @@ def test_augmentation_follows_from_seed_and_number() -> None:
 
 
 def test_augmentation_reads_what_reliabilities_are_computed_from() -> None:
-    offered = ("r_point", "points", "point_count", "image")
-    read = Preparation(AugmentationSettings(), 0).columns(("r_point",), offered)
-    assert set(read) == {"r_point", "points", "point_count"}
-    assert Preparation(None, 0).columns(("r_point",), offered) == ("r_point",)
+    offered = ("r_point", "points", "point_count", "smoothness", "image")
+    read = Preparation(AugmentationSettings(), 0).columns(("r_point",), offered, "field")
+    assert set(read) == {"r_point", "points", "point_count", "smoothness"}
+    assert Preparation(None, 0).columns(("r_point",), offered, "field") == ("r_point",)
+
+
+def test_where_no_lidar_fails_r_point_needs_nothing_else() -> None:
+    offered = ("r_point", "points", "point_count")
+    with pytest.raises(ZooError, match=r"^field: no column smoothness.*sector_loss, thinning"):
+        Preparation(AugmentationSettings(), 0).columns(("r_point",), offered, "field")
+    never = {key: {"probability": 0.0} for key in ("sector_loss", "thinning", "scatter")}
+    whole = Preparation(AugmentationSettings.model_validate(never), 0)
+    assert set(whole.columns(("r_point",), offered, "field")) == set(offered)
 
 
 def test_padding_and_empty_rays_are_no_fault_but_points_and_nan_are(tmp_path: Path) -> None:
