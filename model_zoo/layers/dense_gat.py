@@ -70,8 +70,8 @@ class DenseGat(nn.Module):
         ).detach()
         graphs = (target, source, _with_self_loops(adjacency)[:, None], highest, _and_one(hidden))
         sums = torch.cat([_attend(edge, *some) for some in _parts(graphs)])
-        mixed = sums[..., :-1] / sums[..., -1:]
-        return mixed.transpose(1, 2).flatten(2) + self.bias
+        mixed = sums[..., :-1, :] / sums[..., -1:, :]
+        return mixed.flatten(1, 2).mT + self.bias
 
 
 def _parts(graphs: tuple[Tensor, ...]) -> Iterable[tuple[Tensor, ...]]:
@@ -84,14 +84,15 @@ def _parts(graphs: tuple[Tensor, ...]) -> Iterable[tuple[Tensor, ...]]:
 def _attend(
     edge: Tensor, target: Tensor, source: Tensor, weights: Tensor, highest: Tensor, hidden: Tensor
 ) -> Tensor:
-    """exp(scores - highest) @ hidden: how much node i (axis 2) attends to node j (axis 3).
+    """hidden^T @ exp(scores - highest)^T: how much node i (axis 2) attends to node j (axis 3).
 
-    No score of a row is above ``highest``, nor far below it. In place, for the scores' size.
+    No score of a row is above ``highest``, nor far below it. In place, for the scores' size;
+    transposed, since MKL multiplies few rows by many columns up to five times faster.
     """
     scores = (target + source).addcmul_(weights, edge)
     scores = leaky_relu(scores, NEGATIVE_SLOPE, inplace=True)
     shifted = scores - highest if torch.is_grad_enabled() else scores.sub_(highest)
-    return shifted.exp_() @ hidden
+    return hidden.mT @ shifted.exp_().mT
 
 
 def _and_one(hidden: Tensor) -> Tensor:

@@ -41,4 +41,5 @@ def degree_scale(adjacency: Tensor) -> Tensor:
 
 
 def _propagate(x: Tensor, adjacency: Tensor, scale: Tensor) -> Tensor:
-    return torch.bmm(adjacency, x * scale) * scale
+    """D^-1/2 (W + I) D^-1/2 H, transposed within: few rows multiply faster than few columns."""
+    return torch.bmm((x * scale).mT, adjacency).mT * scale

@@ -53,7 +53,7 @@ class ReliabilityGraph(nn.Module):
 
     def forward(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
         """W + I of equation (6): exp(-lambda |f_i - f_j| (2 - r_ij)), which is 1 where i = j."""
-        distance = (features[:, :, None] - features[:, None, :]).abs()
+        distance = (features[:, :, None] - features[:, None, :]).abs_()
         return distance.mul_(self._mix(r_img, r_point, self.rates)).exp_()
 
     def edge_weights(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
