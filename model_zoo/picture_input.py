@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import torch
 from torch import Tensor
-from torch.nn.functional import avg_pool2d, max_pool2d
+from torch.nn.functional import avg_pool2d
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
 IMAGENET_STANDARD_DEVIATION = (0.229, 0.224, 0.225)
@@ -38,5 +40,23 @@ def lower_drawing(trajectory_image: Tensor, rows: int, shrink: int = 1) -> Tenso
     Returns:
         float32 (B, 1, rows / shrink, W / shrink), 0 and 1.
     """
-    drawing = trajectory_image[:, None, -rows:].float()
-    return max_pool2d(drawing, shrink) if shrink > 1 else drawing
+    return shrunk_drawing(trajectory_image[:, -rows:], shrink)[:, None]
+
+
+def shrunk_drawing(trajectory_image: Tensor, shrink: int) -> Tensor:
+    """Drawings of which squares of ``shrink`` pixels a side become one, the largest of them.
+
+    Rows first, then columns: on a CPU a sixth of the time of a max-pooling.
+
+    Args:
+        trajectory_image: (B, H, W), bool or 0 and 1; what is left over at the far edges is cut.
+        shrink: At least 1.
+
+    Returns:
+        float32 (B, H / shrink, W / shrink), 0 and 1.
+    """
+    height, width = (side // shrink * shrink for side in trajectory_image.shape[1:])
+    rows = (trajectory_image[:, first:height:shrink].float() for first in range(shrink))
+    drawing = reduce(torch.maximum, rows)
+    columns = (drawing[:, :, first:width:shrink] for first in range(shrink))
+    return reduce(torch.maximum, columns)

@@ -49,7 +49,7 @@ def list_models() -> dict[str, tuple[str, ...]]:
     return {name: tuple(_presets(name)) for name in MODELS}
 
 
-def model_settings(name: str, preset: str = "paper", /, **overrides: Any) -> Settings:
+def model_settings(name: str, preset: str = "paper", **overrides: Any) -> Settings:
     """The numbers of a model; ``model_dump()`` of them as overrides give the same again.
 
     Args:
@@ -69,7 +69,7 @@ def model_settings(name: str, preset: str = "paper", /, **overrides: Any) -> Set
         raise ZooError(str(error)) from error
 
 
-def create_model(name: str, preset: str = "paper", /, **overrides: Any) -> SuccessModel:
+def create_model(name: str, preset: str = "paper", **overrides: Any) -> SuccessModel:
     """Make a model with random weights, from torch's generator.
 
     Args:

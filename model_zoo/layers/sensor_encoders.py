@@ -7,7 +7,6 @@ from typing import NamedTuple
 import torch
 from pydantic import Field
 from torch import Tensor, nn
-from torch.nn.functional import max_pool2d
 
 from graspe_data.manifest import Settings
 from model_zoo.contract import Features, Observation
@@ -16,7 +15,7 @@ from model_zoo.layers.reliability_graph import FeatureCounts
 from model_zoo.layers.resnet18 import ResNet18
 from model_zoo.layers.trajectory_net import TrajectoryNet, TrajectoryNetSettings
 from model_zoo.layers.velocity_net import VelocityNet, VelocityNetSettings
-from model_zoo.picture_input import normalised_picture
+from model_zoo.picture_input import normalised_picture, shrunk_drawing
 from model_zoo.point_choice import choose_points, nearby_points
 from model_zoo.point_scale import bounded
 
@@ -111,11 +110,7 @@ class SensorEncoders(nn.Module):
             features[name].expand(rows, -1)
             for name in ("image_features", "point_features", "velocity_features")
         )
-        trajectory = self.trajectory(self._drawing(trajectory_image))
+        drawing = shrunk_drawing(trajectory_image, self.settings.shrink)
+        trajectory = self.trajectory(drawing)
         joined = torch.cat((image, point, trajectory, velocity), dim=1)
         return torch.sigmoid(self.norm(joined.float()))
-
-    def _drawing(self, image: Tensor) -> Tensor:
-        """Trajectory images (B, H, W) in float32; a shrunk line keeps its value of 1."""
-        shrink = self.settings.shrink
-        return max_pool2d(image.float(), shrink) if shrink > 1 else image.float()

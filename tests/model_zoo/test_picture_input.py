@@ -1,8 +1,11 @@
 from __future__ import annotations
 
 import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from torch.nn.functional import max_pool2d
 
-from model_zoo.picture_input import lower_drawing, normalised_picture
+from model_zoo.picture_input import lower_drawing, normalised_picture, shrunk_drawing
 
 
 def test_colours_are_normalised_one_by_one() -> None:
@@ -25,3 +28,13 @@ def test_the_lower_rows_of_a_drawing_keep_its_lines() -> None:
     lower = lower_drawing(drawing, 4, 2)
     assert lower.dtype == torch.float32
     assert lower.tolist() == [[[[0, 0, 1, 0], [0, 0, 0, 0]]]]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(4, 20), st.integers(4, 20), st.integers(1, 4), st.integers(0, 99))
+def test_a_shrunk_drawing_is_the_largest_of_each_square(
+    height: int, width: int, shrink: int, seed: int
+) -> None:
+    generator = torch.Generator().manual_seed(seed)
+    drawing = torch.rand(3, height, width, generator=generator) < 0.2
+    assert torch.equal(shrunk_drawing(drawing, shrink), max_pool2d(drawing.float(), shrink))

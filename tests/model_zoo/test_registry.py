@@ -29,6 +29,10 @@ def test_a_mapping_replaces_only_the_keys_it_names() -> None:
     assert changed == expected
 
 
+def test_a_preset_may_be_named() -> None:
+    assert model_settings("paad", preset="small") == model_settings("paad", "small")
+
+
 def test_overrides_reach_the_model() -> None:
     assert create_model("graspe", "small", horizon=3).horizon == 3
 

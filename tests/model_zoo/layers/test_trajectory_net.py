@@ -34,9 +34,9 @@ def test_sizes_that_do_not_fit_are_refused() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(
-    st.integers(60, 140),
-    st.integers(60, 140),
-    st.sampled_from([1, 2]),
+    st.integers(100, 150),
+    st.integers(100, 150),
+    st.sampled_from([1, 2, 3]),
     st.floats(0, 0.02),
     st.integers(0, 99),
 )
