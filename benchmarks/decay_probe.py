@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from typing import cast
 
 import torch
 
@@ -16,9 +17,11 @@ from benchmarks.candidate_truth import rank, read_arguments
 from benchmarks.fusion_probe import TRAINED_EVERY, Encoded, encode, learn, least_success
 from benchmarks.publish import publish
 from model_zoo.checkpoints import load_checkpoint
+from model_zoo.contract import SuccessModel
+from model_zoo.models.graspe import Graspe, GraspeSettings
+from model_zoo.registry import model_settings
 
 DECAYS = (2.0, 5.0, 20.0, 80.0)
-SHIPPED = 20.0
 
 
 def main() -> int:
@@ -32,7 +35,8 @@ def main() -> int:
         held = load_checkpoint(path)
         known = encode(held, arguments.data, "train", TRAINED_EVERY)
         asked = encode(held, arguments.data, arguments.split, arguments.every)
-        for decay, trust in [(decay, None) for decay in DECAYS] + [(SHIPPED, 1.0), (SHIPPED, 0.0)]:
+        taught = _decay_of(held.model)
+        for decay, trust in [(decay, None) for decay in DECAYS] + [(taught, 1.0), (taught, 0.0)]:
             figures = probe(decay, _trusting(known, trust), _trusting(asked, trust))
             made = "as made" if trust is None else f"all {trust:g}"
             lines.append(f"| {path.parent.name} | {decay:g} | {made} | {figures} |")
@@ -47,6 +51,12 @@ def probe(decay: float, known: Encoded, asked: Encoded) -> str:
     model = learn("graspe", known, graph={"decay": decay})
     found = rank(through, least_success(model, asked))
     return f"{found.pooled:.3f} | {found.within:.3f}"
+
+
+def _decay_of(model: SuccessModel) -> float:
+    """The lambda that the encoders were taught with; for those of other models, the preset's."""
+    settings = model.settings if isinstance(model, Graspe) else model_settings("graspe", "small")
+    return cast("GraspeSettings", settings).graph.decay
 
 
 def _trusting(scenes: Encoded, trust: float | None) -> Encoded:
