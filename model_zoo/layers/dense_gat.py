@@ -65,12 +65,8 @@ class DenseGat(nn.Module):
         edge = (self.lin_edge.weight.view_as(self.att_edge) * self.att_edge).sum(2)[
             :, :, None, None
         ]
-        highest = leaky_relu(
-            target + source.amax(3, keepdim=True) + edge.clamp(min=0), NEGATIVE_SLOPE
-        ).detach()
-        graphs = (target, source, _with_self_loops(adjacency)[:, None], highest, _and_one(hidden))
-        sums = torch.cat([_attend(edge, *some) for some in _parts(graphs)])
-        mixed = sums[..., :-1, :] / sums[..., -1:, :]
+        graphs = (target, source, _with_self_loops(adjacency)[:, None], hidden)
+        mixed = torch.cat([_attend(edge, *some) for some in _parts(graphs)])
         return mixed.flatten(1, 2).mT + self.bias
 
 
@@ -82,22 +78,16 @@ def _parts(graphs: tuple[Tensor, ...]) -> Iterable[tuple[Tensor, ...]]:
 
 
 def _attend(
-    edge: Tensor, target: Tensor, source: Tensor, weights: Tensor, highest: Tensor, hidden: Tensor
+    edge: Tensor, target: Tensor, source: Tensor, weights: Tensor, hidden: Tensor
 ) -> Tensor:
-    """hidden^T @ exp(scores - highest)^T: how much node i (axis 2) attends to node j (axis 3).
+    """hidden^T @ softmax(scores)^T: how much node i (axis 2) attends to node j (axis 3).
 
-    No score of a row is above ``highest``, nor far below it. In place, for the scores' size;
-    transposed, since MKL multiplies few rows by many columns up to five times faster.
+    In place, for the scores' size; transposed, since MKL multiplies few rows by many columns up to
+    five times faster.
     """
     scores = (target + source).addcmul_(weights, edge)
     scores = leaky_relu(scores, NEGATIVE_SLOPE, inplace=True)
-    shifted = scores - highest if torch.is_grad_enabled() else scores.sub_(highest)
-    return hidden.mT @ shifted.exp_().mT
-
-
-def _and_one(hidden: Tensor) -> Tensor:
-    """With a column of ones, whose sums are what the softmax divides by."""
-    return torch.cat([hidden, torch.ones_like(hidden[..., :1])], dim=3)
+    return hidden.mT @ torch.softmax(scores, 3).mT
 
 
 def _with_self_loops(adjacency: Tensor) -> Tensor:
