@@ -24,9 +24,9 @@ from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
-from graspe_data.recordings.clocks import ClockSettings
-from graspe_data.recordings.synchronisation import SynchronisationSettings
 from graspe_data.robot import Robot
+from graspe_data.synchronisation.clocks import ClockSettings
+from graspe_data.synchronisation.row_plan import SynchronisationSettings
 
 Split = Literal["train", "validation", "test"]
 OptionalColumn = Literal["smoothness", "intensity_map"]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from graspe_data.errors import StageError
 from graspe_data.observation.labels import EventKind, decide, label_rows, propose
 from graspe_data.recordings import open_recording
-from graspe_data.recordings.synchronised import synchronise
 from graspe_data.simulation.recorded_truth import RecordedTruth, read_truth
+from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.motion_files import motion_series
 from pipelines.score_counts import EventScore, StepScore, score_events, score_steps

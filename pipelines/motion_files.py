@@ -16,9 +16,9 @@ from graspe_data.observation.labels import (
     MotionSeries,
     OdometrySeries,
 )
-from graspe_data.recordings.clocks import Timeline
-from graspe_data.recordings.synchronised import SynchronisedRecording
 from graspe_data.shards.aligned_npz import map_npz, write_npz
+from graspe_data.synchronisation.clocks import Timeline
+from graspe_data.synchronisation.synchronised import SynchronisedRecording
 
 MOTION_FILE = "motion.npz"
 Arrays = Mapping[str, NDArray[np.generic]]

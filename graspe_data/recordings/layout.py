@@ -13,7 +13,7 @@ from typing import Any, Literal
 import yaml
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decompression import ZSTD_MAGIC, decompress_file
+from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 

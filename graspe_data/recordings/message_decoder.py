@@ -7,8 +7,8 @@ from struct import Struct
 from rosbags.typesys.store import Typestore
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.containers.storage import Channel
 from graspe_data.recordings.message_types import begins_with_header, typestore_for, wire_layout
-from graspe_data.recordings.storage import Channel
 
 # ROS 1: seq u32, sec u32, nsec u32. CDR: four bytes of encapsulation, sec i32, nsec u32.
 ROS1_STAMP = Struct("<4xII")

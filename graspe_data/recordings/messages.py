@@ -10,11 +10,14 @@ class RawMessage:
     """One message as it lies in the recording.
 
     ``bag_time_ns`` is when the recorder received it; the header stamp is inside ``data``.
+    ``position`` rises in the order in which messages were written to the files, whatever the order
+    of their times: it tells a clock that began again from messages that were stored out of order.
     """
 
     topic: str
     bag_time_ns: int
     data: bytes | memoryview
+    position: int = 0
 
 
 @dataclass(frozen=True)

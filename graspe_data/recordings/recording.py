@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Literal, Self
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.containers.mcap_storage import McapStorage
+from graspe_data.recordings.containers.rosbag1_storage import BagStorage
+from graspe_data.recordings.containers.sqlite_storage import SqliteStorage
+from graspe_data.recordings.containers.storage import Channel, Storage
 from graspe_data.recordings.layout import Layout, find_layout
-from graspe_data.recordings.mcap_storage import McapStorage
 from graspe_data.recordings.message_decoder import MessageDecoder
 from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
-from graspe_data.recordings.rosbag1 import BagStorage
-from graspe_data.recordings.sqlite_storage import SqliteStorage
-from graspe_data.recordings.storage import Channel, Storage
 
 Format = Literal["rosbag1", "sqlite3", "mcap"]
 

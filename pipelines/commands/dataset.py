@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from graspe_data.errors import ShardError
+from graspe_data.inspection.manifest_lines import unfilled
 from graspe_data.recordings.discovery import find_recordings
-from graspe_data.recordings.manifest_lines import unfilled
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from graspe_data.shards.verify import verify_dataset
 from pipelines.build import SPLITS, BuildResult, build_dataset

@@ -8,11 +8,10 @@ from typing import Final
 from rich.console import Console
 from rich.text import Text
 
-from graspe_data.recordings import Loss
-from graspe_data.recordings.inspection import Inspection, TopicReport
-from graspe_data.recordings.pairing import TOLERANCE_S, Pairing
-from graspe_data.recordings.row_verdict import Verdict
-from graspe_data.recordings.topic_content import (
+from graspe_data.inspection.inspection import Inspection, TopicReport
+from graspe_data.inspection.pairing import TOLERANCE_S, Pairing
+from graspe_data.inspection.row_verdict import Verdict
+from graspe_data.inspection.topic_content import (
     CalibrationContent,
     CloudContent,
     Content,
@@ -21,7 +20,8 @@ from graspe_data.recordings.topic_content import (
     PictureContent,
     ScanContent,
 )
-from graspe_data.recordings.topic_statistics import Skew, TopicStatistics
+from graspe_data.inspection.topic_statistics import Skew, TopicStatistics
+from graspe_data.recordings import Loss
 
 _LATEST_DATE_NS: Final = 4_102_444_800 * 1_000_000_000
 _MILLISECONDS_BELOW_S: Final = 0.5

@@ -23,7 +23,7 @@ from graspe_data.observation.labels import (
 )
 from graspe_data.recordings import open_recording, recording_digest
 from graspe_data.recordings.discovery import find_recordings
-from graspe_data.recordings.synchronised import synchronise
+from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.commands.dataset import SOME_REFUSED, AsJson, More, Recordings
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
 from pipelines.label_scores import LabelScore, score_labels, sum_scores

@@ -10,10 +10,10 @@ import typer
 from rich.console import Console
 
 from graspe_data.errors import RecordingError
+from graspe_data.inspection.inspection import Inspection, inspect_recording
+from graspe_data.inspection.scaffolding import scaffold_robot
 from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.recordings.discovery import find_recordings
-from graspe_data.recordings.inspection import Inspection, inspect_recording
-from graspe_data.recordings.scaffolding import scaffold_robot
 from graspe_data.robot import Robot
 from pipelines.commands.inspection_text import print_inspection
 

@@ -26,9 +26,9 @@ from graspe_data.observation.odometry_series import sample_odometry
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.recordings.synchronised import SynchronisedRecording
 from graspe_data.robot import Mounting
 from graspe_data.sensor_data import PointCloud
+from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
 
 Map = NDArray[np.float32]

@@ -15,8 +15,8 @@ from graspe_data.errors import RecordingError, StageError
 from graspe_data.geometry import Transform
 from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.recording import Recording, open_recording
-from graspe_data.recordings.synchronised import SynchronisedRecording, synchronise
 from graspe_data.robot import Intrinsics, Mounting
+from graspe_data.synchronisation.synchronised import SynchronisedRecording, synchronise
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.intensity.classes_in_picture import draw_classes_in_picture
 from pipelines.intensity.draw_frame import draw_frame

@@ -12,9 +12,9 @@ from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
-from graspe_data.recordings.synchronisation import RowPlan
-from graspe_data.recordings.synchronised import synchronise
 from graspe_data.robot import Intrinsics
+from graspe_data.synchronisation.row_plan import RowPlan
+from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter
 from pipelines.motion_files import MOTION_FILE, motion_series, write_motion

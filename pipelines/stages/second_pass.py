@@ -18,9 +18,9 @@ from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.recordings.synchronised import SynchronisedRecording
 from graspe_data.robot import Intrinsics, Mounting
 from graspe_data.sensor_data import Picture, PointCloud
+from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter
 

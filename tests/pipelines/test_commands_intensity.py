@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from graspe_data.errors import StageError
 from graspe_data.recordings import open_recording
-from graspe_data.recordings.synchronised import synchronise
+from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.command_line import app
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
 from pipelines.intensity.mapped_clouds import CloudMapper, MappedCloud, MapRequest

@@ -14,11 +14,11 @@ from graspe_data.geometry import Transform
 from graspe_data.observation.point_sample import PointSampleSettings
 from graspe_data.recordings.decoding import cloud_decoder, decode_image, decode_motion
 from graspe_data.recordings.recording import open_recording
-from graspe_data.recordings.synchronised import synchronise
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion, Picture, PointCloud
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.recording import record_drive
+from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import (
     DatasetManifest,
     DatasetRecipe,

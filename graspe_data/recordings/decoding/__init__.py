@@ -2,7 +2,6 @@
 
 from graspe_data.recordings.decoding.calibration import decode_calibration
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
-from graspe_data.recordings.decoding.differentiate import body_velocities
 from graspe_data.recordings.decoding.images import decode_image
 from graspe_data.recordings.decoding.inertial import decode_inertial
 from graspe_data.recordings.decoding.motion import decode_motion
@@ -13,7 +12,6 @@ from graspe_data.recordings.decoding.velodyne import VelodyneDecoder
 
 __all__ = [
     "VelodyneDecoder",
-    "body_velocities",
     "cloud_decoder",
     "decode_calibration",
     "decode_image",

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
-
-from graspe_data.recordings.recording import open_recording
 
 STORES = {"ros1": Stores.ROS1_NOETIC, "ros2": Stores.ROS2_JAZZY}
 
@@ -92,15 +88,3 @@ def build(request: pytest.FixtureRequest) -> Messages:
 @pytest.fixture(scope="session")
 def build_ros2() -> Messages:
     return Messages("ros2")
-
-
-@pytest.fixture
-def read(recordings: Path) -> Callable[[str, str], Iterator[tuple[Any, str]]]:
-    """The messages on a topic of a real recording, with their type."""
-
-    def messages(name: str, topic: str) -> Iterator[tuple[Any, str]]:
-        with open_recording(recordings / name) as recording:
-            for raw in recording.messages([topic]):
-                yield recording.decode(raw), recording.topics[topic].message_type
-
-    return messages

@@ -142,9 +142,9 @@ def test_a_calibration_without_a_size_is_refused(build: Any) -> None:
     ],
 )
 def test_real_calibrations(
-    read: Callable[[str, str], Any], name: str, topic: str, fx: float, model: str
+    real_messages: Callable[[str, str], Any], name: str, topic: str, fx: float, model: str
 ) -> None:
-    message, _ = next(iter(read(name, topic)))
+    message, _ = next(iter(real_messages(name, topic)))
     found = decode_calibration(message, topic).intrinsics
     assert found.fx == pytest.approx(fx, abs=0.1)
     assert found.distortion_model == model

@@ -238,9 +238,9 @@ def test_another_type_is_refused(build_ros2: Any) -> None:
     ],
 )
 def test_real_pictures(
-    read: Callable[[str, str], Any], name: str, topic: str, size: tuple[int, int] | None
+    real_messages: Callable[[str, str], Any], name: str, topic: str, size: tuple[int, int] | None
 ) -> None:
-    pictures = [decode_image(message, kind, topic) for message, kind in read(name, topic)]
+    pictures = [decode_image(message, kind, topic) for message, kind in real_messages(name, topic)]
     assert pictures
     for picture in pictures:
         assert size is None or picture.rgb.shape == (*size, 3)

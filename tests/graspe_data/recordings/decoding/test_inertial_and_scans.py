@@ -74,16 +74,16 @@ def test_a_scan_of_one_ray_needs_no_step(build: Any) -> None:
     assert decode_scan(scan(build, [1.0], 0.0), "/scan").ranges.tolist() == [1.0]
 
 
-def test_real_imu(read: Callable[[str, str], Any]) -> None:
-    messages = read("husky_odom_imu_gps_bz2.bag", "/imu/data")
+def test_real_imu(real_messages: Callable[[str, str], Any]) -> None:
+    messages = real_messages("husky_odom_imu_gps_bz2.bag", "/imu/data")
     samples = [decode_inertial(message, "/imu/data") for message, _ in messages]
     assert len(samples) == 11865
     mean = np.mean([sample.linear_acceleration for sample in samples], axis=0)
     assert np.linalg.norm(mean) == pytest.approx(9.81, abs=0.3)
 
 
-def test_real_scans(read: Callable[[str, str], Any]) -> None:
-    messages = read("zaki_scan_odom_tf_clockdrift.bag", "/scan")
+def test_real_scans(real_messages: Callable[[str, str], Any]) -> None:
+    messages = real_messages("zaki_scan_odom_tf_clockdrift.bag", "/scan")
     scans = [decode_scan(message, "/scan") for message, _ in messages]
     assert {len(scan.ranges) for scan in scans} == {726}
     assert len(scans) == 920

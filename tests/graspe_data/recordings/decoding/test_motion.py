@@ -84,9 +84,9 @@ def test_transforms_are_edges_from_parent_to_child(build: Any) -> None:
     assert decode_transforms(message) == [expected, expected]
 
 
-def test_real_odometry(read: Callable[[str, str], Any]) -> None:
+def test_real_odometry(real_messages: Callable[[str, str], Any]) -> None:
     topic = "/husky_velocity_controller/odom"
-    messages = read("husky_odom_imu_gps_bz2.bag", topic)
+    messages = real_messages("husky_odom_imu_gps_bz2.bag", topic)
     motions = [decode_motion(message, kind, topic) for message, kind in messages]
     assert len(motions) == 3952
     assert {(motion.frame, motion.child_frame) for motion in motions} == {("odom", "base_link")}
@@ -95,8 +95,8 @@ def test_real_odometry(read: Callable[[str, str], Any]) -> None:
     assert path == pytest.approx(358.8, abs=0.5)
 
 
-def test_real_transforms(read: Callable[[str, str], Any]) -> None:
-    messages = read("kitti_street_camera_lidar_odometry", "/tf_static")
+def test_real_transforms(real_messages: Callable[[str, str], Any]) -> None:
+    messages = real_messages("kitti_street_camera_lidar_odometry", "/tf_static")
     edges = [edge for message, _ in messages for edge in decode_transforms(message)]
     assert [(edge.parent, edge.child) for edge in edges] == [
         ("base_link", "velo_link"),

@@ -204,9 +204,13 @@ def test_a_cloud_that_does_not_fit_is_refused(
     ],
 )
 def test_real_clouds(
-    read: Callable[[str, str], Any], name: str, topic: str, has_intensity: bool, has_ring: bool
+    real_messages: Callable[[str, str], Any],
+    name: str,
+    topic: str,
+    has_intensity: bool,
+    has_ring: bool,
 ) -> None:
-    message, kind = next(iter(read(name, topic)))
+    message, kind = next(iter(real_messages(name, topic)))
     cloud = cloud_decoder(kind, topic, "generic")(message)
     assert len(cloud.xyz) > 0
     assert (cloud.intensity is not None, cloud.ring is not None) == (has_intensity, has_ring)
@@ -214,9 +218,9 @@ def test_real_clouds(
     assert as_points(decode_points(message, topic)) == slow_points(message)
 
 
-def test_the_clouds_of_the_street(read: Callable[[str, str], Any]) -> None:
+def test_the_clouds_of_the_street(real_messages: Callable[[str, str], Any]) -> None:
     folder, topic = "kitti_street_camera_lidar_odometry", "/kitti/velo/pointcloud"
-    clouds = [decode_points(message, topic) for message, _ in read(folder, topic)]
+    clouds = [decode_points(message, topic) for message, _ in real_messages(folder, topic)]
     assert len(clouds) == 39
     for cloud in clouds:
         assert 70_000 <= len(cloud.xyz) <= 115_000

@@ -174,12 +174,12 @@ def azimuth_errors(
 
 
 @pytest.fixture
-def decoded(recordings: Path, read: Callable[[str, str], Any]) -> Callable[..., Any]:
+def decoded(recordings: Path, real_messages: Callable[[str, str], Any]) -> Callable[..., Any]:
     """The truth of a recording, and its scans as clouds."""
 
     def load(name: str, topic: str, model: str) -> tuple[NDArray[np.void], list[PointCloud]]:
         truth = read_pcd(next((recordings / name).glob("*.pcd")))
-        messages = read(name, topic)
+        messages = real_messages(name, topic)
         return truth, [cloud_decoder(kind, topic, model)(message) for message, kind in messages]
 
     return load

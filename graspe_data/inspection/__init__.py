@@ -1,0 +1,1 @@
+"""What a stranger's recording holds, whether it makes rows, and a manifest to begin with."""

@@ -1,0 +1,1 @@
+"""Files to raw messages: one storage a container format, whole or damaged."""

@@ -1,0 +1,145 @@
+"""Messages out of chunks: bounded, in time order where the index gives times."""
+
+from __future__ import annotations
+
+import zlib
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from graspe_data.recordings.containers.decompression import MAXIMUM_SIZE, decompress
+from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import MAXIMUM_TIME, Channel
+from graspe_data.recordings.messages import Loss, RawMessage
+
+PENDING = 256 << 20
+
+Walk = Callable[[bytes], Iterator[tuple[int, int, memoryview]]]
+"""From a chunk's content to (channel, time in ns, data); ValueError at the first broken record."""
+
+
+@dataclass(frozen=True)
+class ChunkSpan:
+    """Where a chunk lies in its file, and what the file says about it."""
+
+    offset: int
+    size: int
+    compression: str
+    declared: int
+    crc: int = 0
+    start_ns: int | None = None
+    stop_ns: int | None = None
+    counts: Mapping[int, int] = field(default_factory=dict)
+    cut: bool = False
+    """Whether the file ends in it, so that its beginning is sound and the rest is missing."""
+
+
+class ChunkReader:
+    """Reads the messages of the chunks of one file."""
+
+    def __init__(self, source: Source, channels: Mapping[int, Channel], walk: Walk) -> None:
+        """Read from a file, by its channels and the walk of its format."""
+        self.source = source
+        self.channels = channels
+        self.walk = walk
+
+    def messages(
+        self, spans: Sequence[ChunkSpan], wanted: Collection[int], losses: list[Loss]
+    ) -> Iterator[RawMessage]:
+        """Yield messages chunk by chunk, merged by time where chunks carry times.
+
+        Chunks that overlap in time are merged; no more than 256 MiB wait for that, then order
+        gives way to memory.
+        """
+        if any(span.start_ns is None for span in spans):
+            for span in spans:
+                yield from self._read(span, wanted, losses)
+            return
+        ordered = sorted(spans, key=lambda span: (span.start_ns or 0, span.offset))
+        following_starts = [*(span.start_ns or 0 for span in ordered), MAXIMUM_TIME][1:]
+        waiting: list[RawMessage] = []
+        for span, following in zip(ordered, following_starts, strict=True):
+            if not span.counts or any(channel in wanted for channel in span.counts):
+                waiting += self._read(span, wanted, losses)
+            waiting.sort(key=_time)
+            cut = bisect_right(waiting, following, key=_time)
+            if sum(len(message.data) for message in waiting[cut:]) > PENDING:
+                cut = len(waiting)
+            yield from waiting[:cut]
+            del waiting[:cut]
+
+    def _read(
+        self, span: ChunkSpan, wanted: Collection[int], losses: list[Loss]
+    ) -> list[RawMessage]:
+        content, fault = read_content(self.source, span)
+        messages: list[RawMessage] = []
+        seen: Counter[int] = Counter()
+        unknown: Counter[str] = Counter()
+        try:
+            for channel, time_ns, data in self.walk(content):
+                known = self.channels.get(channel)
+                if known is None or time_ns > MAXIMUM_TIME:
+                    unknown[
+                        "a channel that is defined nowhere" if known is None else "no time"
+                    ] += 1
+                    continue
+                seen[channel] += 1
+                if channel in wanted:
+                    messages.append(RawMessage(known.topic, time_ns, data))
+        except ValueError as error:
+            fault = fault or str(error)
+        losses += self._losses(span, fault, seen, messages)
+        losses += [
+            Loss(f"{self._where(span)} has messages of {what}", None, count)
+            for what, count in sorted(unknown.items())
+        ]
+        return messages
+
+    def _losses(
+        self,
+        span: ChunkSpan,
+        fault: str | None,
+        seen: Mapping[int, int],
+        messages: Sequence[RawMessage],
+    ) -> list[Loss]:
+        missing = {
+            channel: count - seen.get(channel, 0)
+            for channel, count in sorted(span.counts.items())
+            if channel in self.channels and count > seen.get(channel, 0)
+        }
+        if fault is None and not missing:
+            return []
+        reason = f"{self._where(span)} {fault or 'holds fewer messages than its index says'}"
+        if not missing:
+            return [Loss(reason)]
+        last = max((message.bag_time_ns for message in messages), default=span.start_ns)
+        seconds = None
+        if last is not None and span.stop_ns is not None:
+            seconds = max(0, span.stop_ns - last) / 1e9
+        return [
+            Loss(reason, self.channels[channel].topic, count, seconds)
+            for channel, count in missing.items()
+        ]
+
+    def _where(self, span: ChunkSpan) -> str:
+        return f"{self.source.path.name}: the chunk at byte {span.offset}"
+
+
+def read_content(source: Source, span: ChunkSpan) -> tuple[bytes, str | None]:
+    """Read and decompress a chunk: as much as is sound, and what is wrong with it or None.
+
+    A compressed chunk that is whole and does not give its declared size is damaged somewhere, so
+    nothing of it is taken; of one that is cut, what is there.
+    """
+    data = source.read(span.offset, min(span.size, MAXIMUM_SIZE))
+    content, fault = decompress(data, span.compression, span.declared)
+    if fault is None and span.crc and zlib.crc32(content) != span.crc:
+        return b"", "does not match its checksum, so its messages are left out"
+    if fault is not None and span.compression not in ("", "none") and not span.cut:
+        return b"", fault
+    return content, fault
+
+
+def _time(message: RawMessage) -> int:
+    return message.bag_time_ns

@@ -1,0 +1,103 @@
+"""ROS 1 bags: by their index where it is sound, else by what a scan of the file finds."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from rosbags import rosbag1
+from rosbags.interfaces import Connection
+
+from graspe_data.errors import RecordingError
+from graspe_data.recordings.containers.chunked_storage import ChunkedStorage
+from graspe_data.recordings.containers.chunks import ChunkSpan
+from graspe_data.recordings.containers.rosbag1_records import (
+    CHUNK,
+    parse_record,
+    u32,
+    walk_messages,
+)
+from graspe_data.recordings.containers.rosbag1_salvage import scan_bag
+from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.message_types import normalise_type
+from graspe_data.recordings.messages import Loss
+
+MAGIC = b"#ROSBAG V"
+VERSION = b"#ROSBAG V2.0\n"
+HEADER_BYTES = 4096
+
+
+class _IndexReader(rosbag1.Reader):
+    """Reads connections and chunk infos, not the index of every message, which grows with time."""
+
+    def read_index_data(self, pos: int, indexes: object) -> None:
+        """Skip: chunks are read whole, so their messages need no index."""
+
+
+class BagStorage(ChunkedStorage):
+    """One ``.bag`` or ``.bag.active`` file."""
+
+    walk = staticmethod(walk_messages)
+
+    def _open(self) -> None:
+        path = self._source.path
+        version = self._source.read(0, len(VERSION))
+        if version.startswith(MAGIC) and version != VERSION:
+            raise RecordingError(
+                f"{path}: is a bag of version {version[9:13]!r}; only 2.0 is read. "
+                f"Convert it with `rosbag fix`."
+            )
+        try:
+            self.channels, self._spans = _read_index(self._source)
+        except RecordingError:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever a broken index leads to
+            found = scan_bag(self._source)
+            self.channels, self._spans = found.channels, found.spans
+            self.losses = [
+                Loss(f"{path.name}: no usable index ({error}); read by scanning"),
+                *found.losses,
+            ]
+
+
+def _read_index(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
+    """Connections and chunks by the index; any exception where it is not sound."""
+    with _IndexReader(source.path) as bag:
+        connections = list(bag.connections)
+        infos = list(bag.chunk_infos)
+    counts: Counter[int] = Counter()
+    for info in infos:
+        counts.update(info.connection_counts)
+    spans = []
+    for info in infos:
+        record = parse_record(source.read(info.pos, HEADER_BYTES), 0)
+        start = info.pos + record.data_offset
+        if record.op != CHUNK or start + record.data_size > source.size:
+            raise ValueError(f"the chunk at byte {info.pos} does not lie within the file")
+        spans.append(
+            ChunkSpan(
+                start,
+                record.data_size,
+                record.fields[b"compression"].decode(),
+                u32(record.fields, b"size"),
+                start_ns=info.start_time if info.connection_counts else 0,
+                stop_ns=info.end_time,
+                counts=info.connection_counts,
+            )
+        )
+    if len({span.offset for span in spans}) < len(spans):
+        raise ValueError("the index lists a chunk twice")
+    if unknown := counts.keys() - {connection.id for connection in connections}:
+        raise ValueError(f"the index counts messages of unknown connections {sorted(unknown)[:5]}")
+    return {item.id: _channel(item, counts[item.id]) for item in connections}, spans
+
+
+def _channel(connection: Connection, count: int) -> Channel:
+    return Channel(
+        connection.topic,
+        normalise_type(connection.msgtype),
+        "ros1",
+        connection.msgdef.data,
+        "msg",
+        count,
+    )

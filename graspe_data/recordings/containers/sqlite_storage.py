@@ -1,0 +1,232 @@
+"""SQLite files of rosbag2: by the time index where it is sound, else row by row."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from graspe_data.errors import RecordingError
+from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_message
+from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.message_types import normalise_type
+from graspe_data.recordings.messages import Loss, RawMessage
+
+MAXIMUM_BLOB = 1 << 30
+MAXIMUM_LEAP = 1 << 20
+SMALLEST_ROW = 6
+STEPS_PER_CALL = 1 << 20
+STEPS_PER_BYTE = 64
+
+COUNT = "SELECT topic_id, count(*) FROM messages NOT INDEXED GROUP BY topic_id"
+IN_TIME_ORDER = "SELECT timestamp, id FROM messages ORDER BY timestamp, id"
+BY_ID = "SELECT topic_id, timestamp, data FROM messages WHERE id = ?"
+FROM_ID = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id LIMIT 1"
+DEFINITIONS = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+TABLES = "SELECT name FROM sqlite_master WHERE type = 'table'"
+
+Row = tuple[Any, ...]
+
+
+class SqliteStorage:
+    """One ``.db3`` file.
+
+    Args:
+        path: The file, decompressed.
+        compressed_messages: Whether every payload is zstd; None to see by their first bytes.
+    """
+
+    def __init__(self, path: Path, *, compressed_messages: bool | None = None) -> None:
+        """Open the file, and see whether its time index is sound."""
+        self._path = path
+        self._compressed = compressed_messages
+        self.losses: list[Loss] = []
+        self.channels: dict[int, Channel] = {}
+        self._in_order = True
+        self._cut = False
+        try:
+            self._size = path.stat().st_size
+            uri = f"file:{quote(str(path.resolve()))}?mode=ro&immutable=1"
+            self._database = sqlite3.connect(uri, uri=True, check_same_thread=False)
+        except (OSError, sqlite3.Error) as error:
+            raise RecordingError(f"{path}: cannot be opened: {error}.") from error
+        try:
+            self._open_damaged_too()
+        except (sqlite3.Error, ValueError, TypeError, OverflowError, MemoryError) as error:
+            self.close()
+            raise RecordingError(
+                f"{path}: no topics can be read from this SQLite file ({error}). "
+                f"Its beginning is needed: copy it again from the robot."
+            ) from error
+
+    def _open_damaged_too(self) -> None:
+        """Open; a file shorter than it should be SQLite only reads when told to."""
+        try:
+            self._open()
+        except sqlite3.DatabaseError as error:
+            self.losses.append(Loss(f"{self._path.name}: {error}"))
+            self._cut = True
+            self._database.execute("PRAGMA writable_schema = ON")
+            self._open()
+
+    def _open(self) -> None:
+        self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAXIMUM_BLOB)
+        self._database.execute("PRAGMA trusted_schema = OFF")
+        self._database.text_factory = lambda raw: raw.decode(errors="replace")
+        tables = {name for (name,) in self._rows(TABLES)}
+        if not {"topics", "messages"} <= tables:
+            raise ValueError("the tables topics and messages are missing")
+        definitions = self._definitions() if "message_definitions" in tables else {}
+        counts = self._counts()
+        query = "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+        for number, name, kind, encoding in self._rows(query):
+            message_type = normalise_type(str(kind))
+            style, text = definitions.get(str(kind), ("msg", ""))
+            count = counts.get(number, 0) if counts is not None else None
+            self.channels[number] = Channel(str(name), message_type, encoding, text, style, count)
+
+    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
+        """Yield messages in time order, or in the order of their rows where the file is broken."""
+        lost = _LostRows(self._path.name, losses)
+        rows = self._ordered_rows(lost) if self._in_order else self._salvaged_rows(losses)
+        sound = self._sound(rows, lost)
+        for number, topic_id, stamp, data in self._apart(sound, lost) if self._cut else sound:
+            if topic_id not in wanted:
+                continue
+            topic = self.channels[topic_id].topic
+            try:
+                yield RawMessage(topic, stamp, self._payload(data))
+            except ValueError as error:
+                lost.add(number, "payload", str(error), topic)
+
+    def close(self) -> None:
+        """Close the database."""
+        self._database.close()
+
+    def _rows(self, query: str, *values: object) -> Iterator[Row]:
+        """Run a query that may take a time in proportion to the file, no longer."""
+        calls = iter(range(2 + STEPS_PER_BYTE * self._size // STEPS_PER_CALL))
+        self._database.set_progress_handler(lambda: next(calls, None) is None, STEPS_PER_CALL)
+        return iter(self._database.execute(query, values))
+
+    def _definitions(self) -> dict[str, tuple[str, str]]:
+        styles = {"ros2msg": "msg", "ros2idl": "idl"}
+        return {
+            str(kind): (styles.get(encoding, "msg"), str(text) if encoding in styles else "")
+            for kind, encoding, text in self._rows(DEFINITIONS)
+        }
+
+    def _counts(self) -> dict[int, int] | None:
+        """Count rows without the index, then see whether the index agrees."""
+        counts: dict[int, int] | None = None
+        try:
+            counts = dict(self._rows(COUNT))
+            rows = sum(counts.values())
+            fault = self._index_fault(rows)
+        except sqlite3.Error as error:
+            fault = str(error)
+        if fault is not None:
+            self._in_order = False
+            self.losses.append(Loss(f"{self._path.name}: {fault}; read row by row"))
+        return counts
+
+    def _index_fault(self, rows: int) -> str | None:
+        """What is wrong with the time index: its entries must rise, and be as many as the rows.
+
+        Rows are numbered from 1, and none is ever removed, so a gap is a loss.
+        """
+        before, entries, last = (-(1 << 63), 0), 0, 0
+        for entry in self._rows(IN_TIME_ORDER):
+            if not all(isinstance(item, int) for item in entry) or entry <= before:
+                return "the time index is not in order"
+            before, entries, last = entry, entries + 1, max(last, entry[1])
+        if entries == rows == last:
+            return None
+        return f"the time index has {entries} of {rows} rows, the last is number {last}"
+
+    def _ordered_rows(self, lost: _LostRows) -> Iterator[Row]:
+        for _, number in self._rows(IN_TIME_ORDER):
+            try:
+                row = self._database.execute(BY_ID, (number,)).fetchone()
+                fault = "is in the time index only"
+            except sqlite3.Error as error:
+                row, fault = None, str(error)
+            if row is None:
+                lost.add(number, "index", fault)
+            else:
+                yield (number, *row)
+
+    def _salvaged_rows(self, losses: list[Loss]) -> Iterator[Row]:
+        """Go by row number; where pages are broken, leap ahead, further each time."""
+        expected = number = leap = 1
+        for _ in range(self._size // SMALLEST_ROW + 1):
+            row, fault = self._row_from(number)
+            if fault is not None:
+                number, leap = number + leap, leap * 2
+                if leap > MAXIMUM_LEAP:
+                    reason = f"no row from number {expected} on can be read: {fault}"
+                    losses.append(Loss(f"{self._path.name}: {reason}"))
+                    return
+                continue
+            if row is None:
+                return
+            if row[0] > expected:
+                reason = f"{self._path.name}: the rows {expected} to {row[0] - 1} cannot be read"
+                losses.append(Loss(reason, None, row[0] - expected))
+            yield row
+            expected, number, leap = row[0] + 1, row[0] + 1, 1
+
+    def _sound(self, rows: Iterator[Row], lost: _LostRows) -> Iterator[Row]:
+        for row in rows:
+            number, topic_id, stamp, data = row
+            if topic_id in self.channels and isinstance(stamp, int) and isinstance(data, bytes):
+                yield row
+            else:
+                lost.add(number, "fields", "has no known topic, time or payload")
+
+    def _apart(self, rows: Iterator[Row], lost: _LostRows) -> Iterator[Row]:
+        """Leave out rows beside missing ones: SQLite fills what a cut took from them with zeros."""
+        before, row = 0, next(rows, None)
+        while row is not None:
+            following = next(rows, None)
+            if row[0] == before + 1 and following is not None and following[0] == row[0] + 1:
+                yield row
+            else:
+                topic = self.channels[row[1]].topic
+                lost.add(row[0], "beside", "lies beside missing ones, so it may be cut", topic)
+            before, row = row[0], following
+
+    def _row_from(self, number: int) -> tuple[Row | None, str | None]:
+        """The first row from a number on, None where there is none; or what is wrong."""
+        try:
+            row = self._database.execute(FROM_ID, (number,)).fetchone()
+        except (sqlite3.Error, OverflowError) as error:
+            return None, str(error)
+        wrong = row is not None and (not isinstance(row[0], int) or row[0] < number)
+        return (None, "rows are not in order") if wrong else (row, None)
+
+    def _payload(self, data: bytes) -> bytes:
+        packed = data.startswith(ZSTD_MAGIC) if self._compressed is None else self._compressed
+        return decompress_message(data) if packed else data
+
+
+class _LostRows:
+    """Losses of single rows: one entry for all of a kind, however many there are."""
+
+    def __init__(self, file: str, losses: list[Loss]) -> None:
+        self._file = file
+        self._losses = losses
+        self._places: dict[tuple[str, str | None], int] = {}
+
+    def add(self, number: object, kind: str, reason: str, topic: str | None = None) -> None:
+        """Count a row; the first of its kind and topic is the one that is named."""
+        place = self._places.setdefault((kind, topic), len(self._losses))
+        if place == len(self._losses):
+            text = f"{self._file}: the row {number} of messages, the first of its kind: {reason}"
+            self._losses.append(Loss(text, topic, 1))
+        else:
+            known = self._losses[place]
+            self._losses[place] = replace(known, messages=(known.messages or 0) + 1)

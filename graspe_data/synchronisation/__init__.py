@@ -1,0 +1,1 @@
+"""From tracks to rows: clocks, transforms, stretches, the row plan."""
