@@ -33,6 +33,37 @@ def rotation_from_quaternion(quaternion: Floats) -> Floats:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def quaternion_from_rotation(rotation: Floats) -> Floats:
+    """Quaternions (N, 4) of rotation matrices (N, 3, 3), by the largest component."""
+    m = rotation
+    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    squares = np.stack(
+        [
+            1 + 2 * m[:, 0, 0] - trace,
+            1 + 2 * m[:, 1, 1] - trace,
+            1 + 2 * m[:, 2, 2] - trace,
+            1 + trace,
+        ],
+        axis=1,
+    )
+    sums = {
+        (0, 1): m[:, 0, 1] + m[:, 1, 0],
+        (0, 2): m[:, 0, 2] + m[:, 2, 0],
+        (1, 2): m[:, 1, 2] + m[:, 2, 1],
+        (0, 3): m[:, 2, 1] - m[:, 1, 2],
+        (1, 3): m[:, 0, 2] - m[:, 2, 0],
+        (2, 3): m[:, 1, 0] - m[:, 0, 1],
+    }
+    products = np.zeros((rotation.shape[0], 4, 4))
+    for (i, j), value in sums.items():
+        products[:, i, j] = products[:, j, i] = value
+    products[:, range(4), range(4)] = squares
+    largest = squares.argmax(axis=1)
+    chosen = products[np.arange(largest.size), largest]
+    unit: Floats = chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    return unit
+
+
 def roll_pitch_yaw(rotation: Floats) -> tuple[Floats, Floats, Floats]:
     """Roll, pitch and yaw in rad, each (...), of rotation matrices (..., 3, 3); z-y-x order."""
     roll = np.arctan2(rotation[..., 2, 1], rotation[..., 2, 2])

@@ -140,9 +140,10 @@ class Robot(Settings):
     topics: Topics
     base_frame: str = "base_link"
     odometry_frame: str = "odom"
-    odometry_velocity: Literal["reported", "differentiated"] = "reported"
-    """Velocities as the messages have them, or from the poses, where a publisher reports none or
-    reports them in the wrong frame. Poses without a twist are differentiated in any case."""
+    odometry_velocity: Literal["checked", "body", "fixed", "differentiated"] = "checked"
+    """What velocities are taken from: ``checked`` holds twist and poses against each other and
+    decides; ``body`` and ``fixed`` take the twist as given in the body's or in the odometry frame;
+    ``differentiated`` takes them from the poses."""
     base_height: float = 0.0
     """Height of base_link above the ground, metres: the ground is the plane z = -base_height."""
     camera: Camera = Camera()

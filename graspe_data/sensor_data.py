@@ -40,7 +40,9 @@ class Motion:
     """One odometry-like sample: pose in the odometry frame, velocity in the body frame.
 
     ``position`` (3,) metres and ``quaternion`` (4,) x, y, z, w are None for a pure twist;
-    ``linear_velocity`` m/s along body x and ``yaw_rate`` rad/s are None for a pure pose.
+    ``linear_velocity`` m/s along body x and ``yaw_rate`` rad/s are None for a pure pose. ``twist``
+    is all of it as published, linear x, y, z in m/s and angular x, y, z in rad/s, in whatever frame
+    the publisher gives it; None where a message has none or nobody kept it.
     """
 
     stamp_ns: int | None
@@ -50,6 +52,7 @@ class Motion:
     quaternion: tuple[float, float, float, float] | None
     linear_velocity: float | None
     yaw_rate: float | None
+    twist: tuple[float, float, float, float, float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,8 +16,7 @@ from graspe_data.observation.labels import (
     OdometrySeries,
 )
 from graspe_data.shards.aligned_npz import map_npz, write_npz
-from graspe_data.synchronisation.clocks import Timeline
-from graspe_data.synchronisation.synchronised import SynchronisedRecording
+from graspe_data.synchronisation.synchronised import SynchronisedRecording, TimedValues
 
 MOTION_FILE = "motion.npz"
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -30,7 +28,7 @@ def motion_series(synchronised: SynchronisedRecording) -> MotionSeries:
     Roll and pitch are left out where the odometry is planar. A quantity that the IMU does not
     measure at all is zero, so that the other still counts.
     """
-    odometry, tracks = synchronised.odometry, synchronised.tracks
+    odometry = synchronised.odometry
     x, y, _, roll, pitch, yaw = odometry.pose.T
     tilts = bool(np.any(roll) or np.any(pitch))
     v, omega = odometry.velocity.T
@@ -43,15 +41,17 @@ def motion_series(synchronised: SynchronisedRecording) -> MotionSeries:
         omega,
         roll if tilts else None,
         pitch if tilts else None,
+        odometry.segment if np.ptp(odometry.segment) else None,
     )
     command = inertial = None
-    if tracks.command is not None and synchronised.command_time is not None:
-        stamps, (v, omega) = _in_time(synchronised.command_time, *tracks.command.velocity.T)
-        command = CommandSeries(stamps, v, omega)
-    if tracks.imu is not None and synchronised.imu_time is not None:
-        quantities = _measured(tracks.imu.gyro), _measured(tracks.imu.acceleration)
-        stamps, (gyro, accel) = _in_time(synchronised.imu_time, *quantities)
-        inertial = InertialSeries(stamps, gyro, accel)
+    if synchronised.command is not None:
+        stamps, values = _in_time(synchronised.command)
+        command = CommandSeries(stamps, values[:, 0], values[:, 1])
+    if synchronised.imu is not None:
+        table = synchronised.imu.values
+        measured = np.concatenate([_measured(table[:, :3]), _measured(table[:, 3:])], axis=1)
+        stamps, values = _in_time(TimedValues(synchronised.imu.stamps_ns, measured))
+        inertial = InertialSeries(stamps, values[:, :3], values[:, 3:])
     return MotionSeries(series, command, inertial)
 
 
@@ -83,16 +83,12 @@ def read_motion(folder: Path) -> MotionSeries:
     )
 
 
-def _in_time(
-    time: Timeline, *values: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], list[NDArray[np.float64]]]:
+def _in_time(timed: TimedValues) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Sort by time, keep one sample a stamp, leave out samples that are not finite."""
-    stamps, first = np.unique(time.stamps_ns, return_index=True)
-    table = np.concatenate(
-        [value.reshape(len(value), math.prod(value.shape[1:])) for value in values], axis=1
-    )[first]
-    finite = np.isfinite(table).all(axis=1)
-    return stamps[finite], [value[first][finite] for value in values]
+    stamps, first = np.unique(timed.stamps_ns, return_index=True)
+    values = timed.values[first]
+    finite = np.isfinite(values).all(axis=1)
+    return stamps[finite], values[finite]
 
 
 def _measured(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,15 @@ class PoseSeries:
     """Odometry in time order, one sample a stamp.
 
     ``pose`` (N, 6): x, y, z in metres and roll, pitch, yaw in rad, in the odometry frame; angles
-    unwrapped. ``velocity`` (N, 2): m/s along body x, and rad/s.
+    unwrapped. ``velocity`` (N, 2): m/s along body x, and rad/s. Between samples of two segments
+    (``segment``, int64 (N,)) the robot was set elsewhere: nothing is interpolated across. One
+    segment where the field is left empty.
     """
 
     stamps_ns: Stamps
     pose: Floats
     velocity: Floats
+    segment: Stamps = field(default_factory=lambda: np.empty(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,11 @@ class PoseSamples:
 
 
 def odometry_series(
-    stamps_ns: Stamps, position: Floats, quaternion: Floats, velocity: Floats
+    stamps_ns: Stamps,
+    position: Floats,
+    rotation: Floats,
+    velocity: Floats,
+    segment: Stamps | None = None,
 ) -> PoseSeries:
     """Sort samples by time, drop repeated stamps and samples that are not finite.
 
@@ -53,8 +60,9 @@ def odometry_series(
     Args:
         stamps_ns: int64 (N,), ns.
         position: (N, 3), metres, odometry frame.
-        quaternion: (N, 4), x, y, z, w.
+        rotation: (N, 3, 3) of the body in that frame; or quaternions (N, 4), x, y, z, w.
         velocity: (N, 2), m/s and rad/s, body frame.
+        segment: int64 (N,); None for one segment.
 
     Raises:
         ObservationError: Fewer than two usable samples.
@@ -64,7 +72,7 @@ def odometry_series(
     if np.isnan(position).all():
         pose = _dead_reckoning(stamps, speeds)
     else:
-        pose = _poses(position[first], quaternion[first])
+        pose = _poses(position[first], rotation[first])
     usable = np.isfinite(pose).all(axis=1) & np.isfinite(speeds).all(axis=1)
     if np.count_nonzero(usable) < 2:  # noqa: PLR2004
         raise ObservationError(
@@ -73,7 +81,8 @@ def odometry_series(
         )
     pose, speeds = pose[usable], speeds[usable]
     pose[:, 3:] = np.unwrap(pose[:, 3:], axis=0)
-    return PoseSeries(stamps[usable], pose, speeds)
+    parts = np.zeros(stamps.size, np.int64) if segment is None else segment[first]
+    return PoseSeries(stamps[usable], pose, speeds, parts[usable])
 
 
 def sample_odometry(series: PoseSeries, times_ns: Stamps, maximum_gap_s: float) -> PoseSamples:
@@ -85,7 +94,10 @@ def sample_odometry(series: PoseSeries, times_ns: Stamps, maximum_gap_s: float) 
     share = (times_ns - stamps[left]) / span
     exact = (times_ns == stamps[left]) | (times_ns == stamps[left + 1])
     inside = (times_ns >= stamps[0]) & (times_ns <= stamps[-1])
-    known = exact | (inside & (span <= round(maximum_gap_s * _SECOND)))
+    joined = span <= round(maximum_gap_s * _SECOND)
+    if series.segment.size:
+        joined &= series.segment[left] == series.segment[left + 1]
+    known = exact | (inside & joined)
     return PoseSamples(
         pose=_blend(series.pose, left, share),
         velocity=_blend(series.velocity, left, share),
@@ -100,12 +112,14 @@ def _blend(values: Floats, left: NDArray[np.intp], share: Floats) -> Floats:
     return blended
 
 
-def _poses(position: Floats, quaternion: Floats) -> Floats:
-    length = np.linalg.norm(quaternion, axis=1)
-    unit = np.where((length > 0)[:, None], quaternion, (0.0, 0.0, 0.0, 1.0))
-    angles = np.stack(roll_pitch_yaw(rotation_from_quaternion(unit)), axis=1)
-    angles[~(length > 0)] = np.nan
-    return np.concatenate([position, angles], axis=1)
+def _poses(position: Floats, rotation: Floats) -> Floats:
+    if rotation.ndim == 2:  # noqa: PLR2004 - quaternions
+        length = np.linalg.norm(rotation, axis=1)
+        turned = np.full((length.size, 3, 3), np.nan)
+        sound = length > 0
+        turned[sound] = rotation_from_quaternion(rotation[sound])
+        rotation = turned
+    return np.concatenate([position, np.stack(roll_pitch_yaw(rotation), axis=1)], axis=1)
 
 
 def _dead_reckoning(stamps: Stamps, velocity: Floats) -> Floats:

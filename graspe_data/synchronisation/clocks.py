@@ -42,6 +42,10 @@ class Timeline:
     offset_ns: int
     source: str
 
+    def shifted(self, shift_ns: int) -> Timeline:
+        """The same messages later on the axis of the recording."""
+        return Timeline(self.topic, self.stamps_ns + shift_ns, self.offset_ns, self.source)
+
 
 def skew_ns(track: StampTrack) -> Stamps:
     """Bag time minus header stamp of each message, int64 ns; zero for a type without header."""

@@ -1,16 +1,11 @@
-"""The first pass over a recording: every stamp, every motion sample, calibration and frames."""
+"""The first pass over a recording: every stamp, every motion sample, calibration and edges."""
 
 from __future__ import annotations
 
-from array import array
 from collections import Counter
-from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
 
 from graspe_data.errors import GeometryError, RecordingError
-from graspe_data.geometry import FrameTree, Transform, plain_frame
+from graspe_data.geometry import plain_frame
 from graspe_data.recordings.decoding import (
     decode_calibration,
     decode_inertial,
@@ -21,37 +16,29 @@ from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Robot, Topics
 from graspe_data.sensor_data import CameraCalibration, Motion
-from graspe_data.synchronisation.differentiate import body_velocities
-from graspe_data.synchronisation.tracks import InertialTrack, MotionTrack, StampTrack, Tracks
+from graspe_data.synchronisation.collectors import Collector
+from graspe_data.synchronisation.tracks import InertialTrack, MotionTrack, Tracks
+from graspe_data.synchronisation.transform_topics import (
+    TF_TYPES,
+    EdgeReader,
+    transform_topics,
+)
 
-TF_TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+_NAN = float("nan")
+_MOTION_WIDTH, _INERTIAL_WIDTH = 13, 6
 
 
-@dataclass
-class _Collector:
-    """Grows typed arrays while the pass runs; a message costs some tens of bytes."""
+def read_tracks(recording: Recording, robot: Robot) -> Tracks:
+    """Read every stamp and motion sample of the topics that a robot declares.
 
-    header: array[int] = field(default_factory=lambda: array("q"))
-    bag: array[int] = field(default_factory=lambda: array("q"))
-    ordinal: array[int] = field(default_factory=lambda: array("q"))
-    values: array[float] = field(default_factory=lambda: array("d"))
-    headless: bool = False
-    seen: int = 0
-
-    def add(self, stamp_ns: int | None, bag_time_ns: int, *values: float) -> None:
-        self.headless |= stamp_ns is None
-        self.ordinal.append(self.seen - 1)
-        self.header.append(stamp_ns or 0)
-        self.bag.append(bag_time_ns)
-        self.values.extend(values)
-
-    def stamps(self, topic: str) -> StampTrack:
-        header = None if self.headless else np.array(self.header, np.int64)
-        bag, ordinal = np.array(self.bag, np.int64), np.array(self.ordinal, np.int64)
-        return StampTrack(topic, header, bag, ordinal)
-
-    def table(self, width: int) -> NDArray[np.float64]:
-        return np.array(self.values, np.float64).reshape(-1, width)
+    Raises:
+        RecordingError: A topic that a row needs is absent or empty; the text lists the topics of
+            the recording.
+    """
+    _require_topics(recording, robot.topics)
+    reading = _Pass(recording, robot)
+    reading.run()
+    return reading.tracks()
 
 
 class _Pass:
@@ -59,22 +46,31 @@ class _Pass:
 
     def __init__(self, recording: Recording, robot: Robot) -> None:
         self.recording, self.robot = recording, robot
-        self.sensors = {topic: _Collector() for topic in _served(robot.topics)}
-        self.edges: dict[tuple[str, str], Transform] = {}
+        topics = robot.topics
+        self.by_tf = recording.topics[topics.odometry].message_type in TF_TYPES
+        widths = {
+            topics.image: 0,
+            topics.points: 0,
+            topics.command: _MOTION_WIDTH,
+            topics.imu: _INERTIAL_WIDTH,
+        }
+        if not self.by_tf:
+            widths[topics.odometry] = _MOTION_WIDTH
+        self.sensors = {topic: Collector(width) for topic, width in widths.items() if topic}
+        self.frames: dict[str, str] = {}
+        self.child_frames: dict[str, str] = {}
+        self.edges = EdgeReader(_known_frames(robot))
         self.calibration: CameraCalibration | None = None
-        self.imu_frame = ""
-        self.odometry_child = ""
         self.broken: Counter[str] = Counter()
         self.faults: dict[str, str] = {}
 
     def run(self) -> None:
-        transform_topics = {
-            name
-            for name, info in self.recording.topics.items()
-            if info.message_type in TF_TYPES
-            and (name.endswith("static") or name == self.robot.topics.odometry)
-        }
-        wanted = {*self.sensors, *transform_topics, self.robot.topics.camera_info or ""}
+        topics = self.robot.topics
+        own = transform_topics(
+            self.recording.topics, [topics.image, topics.points, topics.odometry]
+        )
+        asked = {topics.odometry} if self.by_tf else set()
+        wanted = {*self.sensors, *own, *asked, topics.camera_info or ""}
         for raw in self.recording.messages(wanted & self.recording.topics.keys()):
             if raw.topic in self.sensors:
                 self.sensors[raw.topic].seen += 1
@@ -90,65 +86,102 @@ class _Pass:
         if raw.topic in (topics.image, topics.points):
             self._add_stamp(raw)
         elif kind in TF_TYPES:
-            self._take_transforms(raw)
+            self.edges.take(raw, decode_transforms(self.recording.decode(raw)))
         elif raw.topic == topics.camera_info:
-            if self.calibration is None:
-                self.calibration = decode_calibration(
-                    self.recording.decode(raw), raw.topic, rectified=self.robot.camera.rectified
-                )
+            self._take_calibration(raw)
         elif raw.topic == topics.imu:
-            sample = decode_inertial(self.recording.decode(raw), raw.topic)
-            self.imu_frame = sample.frame
-            values = (*sample.angular_velocity, *sample.linear_acceleration)
-            self.sensors[raw.topic].add(sample.stamp_ns, raw.bag_time_ns, *values)
+            self._add_inertial(raw)
         else:
-            motion = decode_motion(self.recording.decode(raw), kind, raw.topic)
-            if raw.topic == topics.odometry:
-                self.odometry_child = plain_frame(motion.child_frame)
-            self._add_motion(raw, motion)
+            self._add_motion(raw, decode_motion(self.recording.decode(raw), kind, raw.topic))
 
     def _add_stamp(self, raw: RawMessage) -> None:
         stamp_ns = self.recording.header_stamp_ns(raw)
         if stamp_ns is None:
             raise RecordingError(f"{len(raw.data)} bytes hold no header stamp.")
-        self.sensors[raw.topic].add(stamp_ns, raw.bag_time_ns)
+        self.sensors[raw.topic].add(stamp_ns, raw)
+        if raw.topic not in self.frames:
+            header = getattr(self.recording.decode(raw), "header", None)
+            self._note_frame(raw.topic, getattr(header, "frame_id", ""))
 
-    def _take_transforms(self, raw: RawMessage) -> None:
-        robot = self.robot
-        for edge in decode_transforms(self.recording.decode(raw)):
-            parent, child = plain_frame(edge.parent), plain_frame(edge.child)
-            if raw.topic != robot.topics.odometry:
-                translation, quaternion = np.array(edge.translation), np.array(edge.quaternion)
-                self.edges[parent, child] = Transform.from_quaternion(translation, quaternion)
-            elif (parent, child) == (robot.odometry_frame, robot.base_frame):
-                stamp, pose = edge.stamp_ns, (*edge.translation, *edge.quaternion)
-                self.sensors[raw.topic].add(stamp, raw.bag_time_ns, *pose, np.nan, np.nan)
+    def _note_frame(self, topic: str, frame: str) -> None:
+        self.frames.setdefault(topic, plain_frame(frame))
+        self.edges.targets.add(plain_frame(frame))
+
+    def _take_calibration(self, raw: RawMessage) -> None:
+        if self.calibration is None:
+            rectified = self.robot.camera.rectified
+            message = self.recording.decode(raw)
+            self.calibration = decode_calibration(message, raw.topic, rectified=rectified)
+
+    def _add_inertial(self, raw: RawMessage) -> None:
+        sample = decode_inertial(self.recording.decode(raw), raw.topic)
+        self.frames.setdefault(raw.topic, sample.frame)
+        values = (*sample.angular_velocity, *sample.linear_acceleration)
+        self.sensors[raw.topic].add(sample.stamp_ns, raw, *values)
 
     def _add_motion(self, raw: RawMessage, motion: Motion) -> None:
-        nan = float("nan")
+        self._note_frame(raw.topic, motion.frame)
+        if motion.child_frame:
+            self.child_frames.setdefault(raw.topic, plain_frame(motion.child_frame))
+            self.edges.targets.add(plain_frame(motion.child_frame))
         self.sensors[raw.topic].add(
             motion.stamp_ns,
-            raw.bag_time_ns,
-            *(motion.position or (nan,) * 3),
-            *(motion.quaternion or (nan,) * 4),
-            nan if motion.linear_velocity is None else motion.linear_velocity,
-            nan if motion.yaw_rate is None else motion.yaw_rate,
+            raw,
+            *(motion.position or (_NAN,) * 3),
+            *(motion.quaternion or (_NAN,) * 4),
+            *(motion.twist or (_NAN,) * 6),
         )
 
-    def motion(self, topic: str | None) -> MotionTrack | None:
-        if topic is None or not self.sensors[topic].bag:
-            return None
-        stamps, table = self.sensors[topic].stamps(topic), self.sensors[topic].table(9)
-        return MotionTrack(stamps, table[:, :3], table[:, 3:7], table[:, 7:9])
+    def tracks(self) -> Tracks:
+        topics = self.robot.topics
+        edges, odometry = self.edges.tracks(), self._motion(topics.odometry)
+        empty = [name for name in (topics.image, topics.points) if not self.sensors[name].bag]
+        if odometry is None and not (self.by_tf and edges):
+            empty.append(topics.odometry)
+        if empty:
+            raise RecordingError(self._empty(empty))
+        return Tracks(
+            image=self.sensors[topics.image].stamps(topics.image),
+            points=self.sensors[topics.points].stamps(topics.points),
+            odometry=odometry,
+            command=self._motion(topics.command),
+            imu=self._inertial(topics.imu),
+            calibration=self.calibration,
+            edges=edges,
+            image_frame=self.frames.get(topics.image, ""),
+            points_frame=self.frames.get(topics.points, ""),
+            losses=self._losses(),
+            unusable_edges=self.edges.faults(),
+        )
 
-    def inertial(self, topic: str | None) -> InertialTrack | None:
-        if topic is None or not self.sensors[topic].bag:
+    def _motion(self, topic: str | None) -> MotionTrack | None:
+        collected = self.sensors.get(topic or "")
+        if topic is None or collected is None or not collected.bag:
             return None
-        table = self.sensors[topic].table(6)
-        stamps = self.sensors[topic].stamps(topic)
-        return InertialTrack(stamps, self.imu_frame, table[:, :3], table[:, 3:])
+        table = collected.table()
+        return MotionTrack(
+            collected.stamps(topic),
+            table[:, :3],
+            table[:, 3:7],
+            table[:, 7:],
+            self.frames.get(topic, ""),
+            self.child_frames.get(topic, ""),
+        )
 
-    def losses(self) -> tuple[Loss, ...]:
+    def _inertial(self, topic: str | None) -> InertialTrack | None:
+        collected = self.sensors.get(topic or "")
+        if topic is None or collected is None or not collected.bag:
+            return None
+        table, frame = collected.table(), self.frames.get(topic, "")
+        return InertialTrack(collected.stamps(topic), frame, table[:, :3], table[:, 3:])
+
+    def _empty(self, topics: list[str]) -> str:
+        faults = [f" {topic}: {self.faults[topic]}" for topic in topics if topic in self.faults]
+        return (
+            f"{self.recording.path}: no readable message on {', '.join(topics)}.{''.join(faults)}"
+        )
+
+    def _losses(self) -> tuple[Loss, ...]:
         undecoded = [
             Loss(f"does not decode; the first: {self.faults[topic]}", topic, count)
             for topic, count in sorted(self.broken.items())
@@ -163,38 +196,9 @@ class _Pass:
         return (*self.recording.losses, *undecoded, *absent)
 
 
-def read_tracks(recording: Recording, robot: Robot) -> Tracks:
-    """Read every stamp and motion sample of the topics that a robot declares.
-
-    Raises:
-        RecordingError: A topic that a row needs is absent or empty; the text lists the topics of
-            the recording and what each could be.
-    """
-    _require_topics(recording, robot.topics)
-    reading = _Pass(recording, robot)
-    reading.run()
-    topics = robot.topics
-    _check_odometry_frame(reading.odometry_child, robot, FrameTree(reading.edges))
-    odometry = reading.motion(topics.odometry)
-    empty = [name for name in (topics.image, topics.points) if not reading.sensors[name].bag]
-    if odometry is None or empty:
-        names = ", ".join([*empty, *([] if odometry else [topics.odometry])])
-        raise RecordingError(f"{recording.path}: no readable message on {names}.")
-    return Tracks(
-        image=reading.sensors[topics.image].stamps(topics.image),
-        points=reading.sensors[topics.points].stamps(topics.points),
-        odometry=_with_velocity(odometry, robot),
-        command=reading.motion(topics.command),
-        imu=reading.inertial(topics.imu),
-        calibration=reading.calibration,
-        frames=FrameTree(reading.edges),
-        losses=reading.losses(),
-    )
-
-
-def _served(topics: Topics) -> list[str]:
-    served = (topics.image, topics.points, topics.odometry, topics.command, topics.imu)
-    return [topic for topic in served if topic]
+def _known_frames(robot: Robot) -> list[str]:
+    named = (robot.base_frame, robot.odometry_frame, robot.camera.frame, robot.lidar.frame)
+    return [frame for frame in named if frame]
 
 
 def _require_topics(recording: Recording, topics: Topics) -> None:
@@ -209,37 +213,3 @@ def _require_topics(recording: Recording, topics: Topics) -> None:
             f"It holds: {present}. Correct `topics` in the robot manifest, or start from "
             f"`graspe scaffold`."
         )
-
-
-def _check_odometry_frame(child: str, robot: Robot, frames: FrameTree) -> None:
-    """Refuse odometry of a frame that tf_static places elsewhere than base_link."""
-    base = plain_frame(robot.base_frame)
-    if not child or child == base or not {child, base} <= set(frames.frames):
-        return
-    offset = frames.lookup(base, child)
-    if np.allclose(offset.rotation, np.eye(3)) and np.allclose(offset.translation, 0):
-        return
-    raise RecordingError(
-        f"{robot.topics.odometry}: odometry of the frame {child!r}, which tf_static places at "
-        f"{np.round(offset.translation, 3).tolist()} m in {base!r}. Name odometry of {base!r} "
-        f"under `topics.odometry`, or set `base_frame: {child}` and mount the sensors in it."
-    )
-
-
-def _with_velocity(track: MotionTrack, robot: Robot) -> MotionTrack:
-    """Differentiate the poses where that is asked for, or where the type carries no twist.
-
-    The time between poses is that of the clock which the robot manifest chooses.
-    """
-    reported = not np.isnan(track.velocity).all()
-    unposed = np.isnan(track.position).all()
-    if unposed or (reported and robot.odometry_velocity == "reported"):
-        return track
-    clock = track.stamps.header_ns
-    if clock is None or robot.clocks.odometry.stamp == "bag":
-        clock = track.stamps.bag_ns
-    order = np.argsort(clock, kind="stable")
-    velocity = np.empty_like(track.velocity)
-    linear, yaw_rate = body_velocities(clock[order], track.position[order], track.quaternion[order])
-    velocity[order] = np.stack([linear, yaw_rate], axis=1)
-    return MotionTrack(track.stamps, track.position, track.quaternion, velocity)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -19,6 +19,7 @@ from graspe_data.synchronisation.tracks import Stamps
 
 Positive = Annotated[float, Field(gt=0)]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 class SynchronisationSettings(Settings):
@@ -99,7 +100,11 @@ def choose_anchors(stamps_ns: Stamps, rate: float) -> Indices:
 
 
 def plan_rows(
-    image_ns: Stamps, points_ns: Stamps, odometry: PoseSeries, settings: SynchronisationSettings
+    image_ns: Stamps,
+    points_ns: Stamps,
+    odometry: PoseSeries,
+    settings: SynchronisationSettings,
+    placed: Mask | None = None,
 ) -> RowPlan:
     """Decide the rows of a recording.
 
@@ -108,6 +113,7 @@ def plan_rows(
         points_ns: Stamps of the clouds in the reader's order, int64 ns, shape (C,), C > 0.
         odometry: The odometry on the same clock.
         settings: Rates, windows, tolerances.
+        placed: Which clouds (C,) can be brought into the base frame; None for all.
 
     Returns:
         The plan; every anchor without a row is counted under the first reason that applies.
@@ -124,6 +130,7 @@ def plan_rows(
         "horizon runs past the end of the odometry": end_ns > odometry.stamps_ns[-1],
         "gap in the odometry of the history": ~(known & now.known),
         "no cloud within the tolerance": (points < 0) & settings.points_required,
+        "no transform of the cloud at its stamp": (points >= 0) & ~_all(placed, points_ns)[points],
     }
     lost, keep = _count_losses(reasons, anchors.size)
     age = np.where(points >= 0, anchors - points_ns[points], 0)
@@ -136,6 +143,39 @@ def plan_rows(
         history[keep],
         lost,
     )
+
+
+def join_plans(plans: Sequence[RowPlan]) -> RowPlan:
+    """The rows of several stretches, one after another."""
+    parts = [plan.now for plan in plans]
+    now = PoseSamples(
+        np.concatenate([part.pose for part in parts]),
+        np.concatenate([part.velocity for part in parts]),
+        np.concatenate([part.known for part in parts]),
+        np.concatenate([part.age_ns for part in parts]),
+    )
+    return RowPlan(
+        np.concatenate([plan.anchor_ns for plan in plans]),
+        np.concatenate([plan.image for plan in plans]),
+        np.concatenate([plan.points for plan in plans]),
+        np.concatenate([plan.points_age_ns for plan in plans]),
+        now,
+        np.concatenate([plan.history for plan in plans]),
+        dict(sum((Counter(plan.lost) for plan in plans), Counter[str]())),
+    )
+
+
+def lost_rows(image_ns: Stamps, settings: SynchronisationSettings, reason: str) -> RowPlan:
+    """The plan of pictures (I,) that make no row, for one reason."""
+    none = np.empty(0, np.int64)
+    anchors = choose_anchors(image_ns, settings.anchor_rate).size if image_ns.size else 0
+    now = PoseSamples(np.empty((0, 6)), np.empty((0, 2)), np.empty(0, np.bool_), none)
+    history = np.empty((0, settings.history_steps, 2), np.float32)
+    return RowPlan(none, none, none, none, now, history, {reason: anchors} if anchors else {})
+
+
+def _all(placed: Mask | None, points_ns: Stamps) -> Mask:
+    return np.ones(points_ns.size, np.bool_) if placed is None else placed
 
 
 def _count_losses(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from graspe_data.errors import ObservationError, RecordingError
+from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import (
@@ -26,7 +26,6 @@ from graspe_data.observation.odometry_series import sample_odometry
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.robot import Mounting
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
@@ -84,9 +83,9 @@ class CloudMapper:
         topic, lidar = recipe.robot.topics.points, recipe.robot.lidar
         kind = recording.topics[topic].message_type
         self._decode = cloud_decoder(kind, topic, lidar.model)
-        self._index = {n: k for k, n in enumerate(synchronised.tracks.points.ordinal.tolist())}
+        self._index = {n: k for k, n in enumerate(synchronised.points_ordinal.tolist())}
         gap_s = recipe.dataset.window.odometry_gap_s
-        stamps = synchronised.points.stamps_ns
+        stamps = synchronised.points_ns
         self._odometry = sample_odometry(synchronised.odometry, stamps, gap_s)
         self._memory: GlassMemory | None = None
 
@@ -110,20 +109,21 @@ class CloudMapper:
     def _mapped(
         self, raw: RawMessage, place: int, picture: RawMessage | None
     ) -> MappedCloud | UnmappedCloud:
-        stamp_ns = int(self._synchronised.points.stamps_ns[place])
+        stamp_ns = int(self._synchronised.points_ns[place])
         if not self._odometry.known[place]:
             return UnmappedCloud(stamp_ns, "no odometry at the cloud's stamp")
         x, y, _, _, _, yaw = self._odometry.pose[place].tolist()
         try:
             cloud = self._decode(self._recording.decode(raw))
             found = self._plan(cloud, Moment(stamp_ns, (x, y, yaw), self._request.goal))
-        except (RecordingError, ObservationError) as error:
+        except (RecordingError, ObservationError, GeometryError) as error:
             return UnmappedCloud(stamp_ns, str(error))
         return replace(found, picture=picture)
 
     def _plan(self, cloud: PointCloud, moment: Moment) -> MappedCloud:
         recipe, settings = self._recipe, self._recipe.dataset.intensity_map
-        mounting = self._mounting(cloud.frame)
+        placed = self._synchronised.placement.place_cloud(cloud, moment.stamp_ns)
+        cloud, mounting = placed.cloud, placed.base_from_lidar
         begin = time.perf_counter()
         layers = intensity_layers(cloud, mounting, recipe.intensity_returns, settings)
         wanted, cell = self._request.planning, settings.grid.cell_m
@@ -133,10 +133,3 @@ class CloudMapper:
         took = time.perf_counter() - begin
         self._memory = planned.memory
         return MappedCloud(moment.stamp_ns, cloud, mounting, layers, planned, None, took)
-
-    def _mounting(self, frame: str) -> Transform:
-        lidar = self._recipe.robot.lidar
-        if isinstance(lidar.mounting, Mounting):
-            return lidar.mounting.transform
-        frames, base = self._synchronised.tracks.frames, self._recipe.robot.base_frame
-        return frames.lookup(base, lidar.frame or frame)

@@ -15,7 +15,7 @@ from graspe_data.errors import RecordingError, StageError
 from graspe_data.geometry import Transform
 from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.recording import Recording, open_recording
-from graspe_data.robot import Intrinsics, Mounting
+from graspe_data.robot import Intrinsics
 from graspe_data.synchronisation.synchronised import SynchronisedRecording, synchronise
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.intensity.classes_in_picture import draw_classes_in_picture
@@ -61,7 +61,7 @@ class RecordingRenderer:
 
     def frame(self, mapped: MappedCloud) -> NDArray[np.uint8]:
         """The picture of one cloud's maps, uint8 (H, W, 3), RGB."""
-        start_ns = int(self._synchronised.points.stamps_ns.min())
+        start_ns = int(self._synchronised.points_ns.min())
         since_s = (mapped.stamp_ns - start_ns) / NS_PER_S
         name = "".join(c if " " <= c <= "~" else "?" for c in self._recording.path.name)
         heading = f"{name}   |   {since_s:.1f} s"
@@ -78,13 +78,13 @@ class RecordingRenderer:
             picture = decode_image(self._recording.decode(raw), kind, raw.topic)
         except RecordingError:
             return None
-        camera = self._camera(picture.frame)
+        camera = self._camera(picture.frame, mapped.stamp_ns)
         if camera is None or picture.rgb.shape[:2] != (camera[0].height, camera[0].width):
             return picture.rgb
         settings = self._recipe.dataset.intensity_map
         return draw_classes_in_picture(picture.rgb, mapped, camera, settings, robot.base_height)
 
-    def _camera(self, frame: str) -> tuple[Intrinsics, Transform] | None:
+    def _camera(self, frame: str, stamp_ns: int) -> tuple[Intrinsics, Transform] | None:
         """The calibration; None where it is not known, or the pictures are distorted."""
         camera, tracks = self._recipe.robot.camera, self._synchronised.tracks
         declared = camera.intrinsics if isinstance(camera.intrinsics, Intrinsics) else None
@@ -92,10 +92,8 @@ class RecordingRenderer:
         intrinsics = declared or found
         if intrinsics is None or any(intrinsics.distortion):
             return None
-        if isinstance(camera.mounting, Mounting):
-            return intrinsics, camera.mounting.transform
-        where = tracks.frames.lookup(self._recipe.robot.base_frame, camera.frame or frame)
-        return intrinsics, where
+        mountings = self._synchronised.placement.camera_mountings(frame)
+        return intrinsics, [where for since, where in mountings if since <= stamp_ns][-1]
 
 
 def render_recording(
@@ -120,7 +118,7 @@ def render_recording(
             recording, recipe.robot, recipe.dataset.clocks, recipe.dataset.synchronisation
         )
         renderer = RecordingRenderer(recording, synchronised, recipe, request)
-        rate_hz = _rate_hz(synchronised.points.stamps_ns) / request.every
+        rate_hz = _rate_hz(synchronised.points_ns) / request.every
         progress.start("clouds", len(renderer.maps))
         with VideoFile(out / VIDEO, rate_hz) as video:
             pictures, times, lost = _write_frames(renderer, out, video, progress)

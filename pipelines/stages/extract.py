@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from graspe_data.manifest import Settings
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Intrinsics
+from graspe_data.synchronisation.findings import Course, Finding
 from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import DatasetRecipe
@@ -22,7 +25,7 @@ from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
 
-VERSION = 2
+VERSION = 3
 
 
 class LossRecord(Settings):
@@ -32,6 +35,28 @@ class LossRecord(Settings):
     topic: str | None
     messages: int | None
     seconds: float | None
+
+
+class FindingRecord(Settings):
+    """What was held against what; see ``graspe_data.synchronisation.findings.Finding``."""
+
+    kind: str
+    course: Course
+    where: str
+    text: str
+    numbers: dict[str, float]
+
+    @classmethod
+    def of(cls, finding: Finding) -> Self:
+        """The record of a finding."""
+        numbers = {name: float(value) for name, value in finding.numbers.items()}
+        return cls(
+            kind=finding.kind,
+            course=finding.course,
+            where=finding.where,
+            text=finding.text,
+            numbers=numbers,
+        )
 
 
 class ExtractRecord(StageRecord):
@@ -49,8 +74,13 @@ class ExtractRecord(StageRecord):
     """Of the stored picture."""
     base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     """Rotation, row by row, and translation."""
+    earlier_cameras: tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...] = ()
+    """Mountings of the camera before the last one: until when, ns, rotation and translation."""
     base_from_lidar: tuple[tuple[float, ...], tuple[float, ...]] | None = None
-    """The same of the lidar; None where no cloud was read, or clouds came in several frames."""
+    """The same of the lidar; None where no cloud was read, or it was not one throughout."""
+    findings: tuple[FindingRecord, ...] = ()
+    shifts_ns: tuple[int, ...] = ()
+    """What was added to the stamps of each stretch of the recording."""
 
     @property
     def files(self) -> dict[str, str]:
@@ -72,7 +102,7 @@ def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
         image=dataset.image.model_dump(mode="json"),
         points=dataset.points.model_dump(mode="json"),
         clocks=dataset.clocks.model_dump(mode="json"),
-        robot=robot.model_dump(mode="json", exclude={"name", "limits", "footprint"}),
+        robot=robot.model_dump(mode="json", exclude={"name", "footprint"}),
         **optional,
     )
 
@@ -124,7 +154,10 @@ def extract(
         offsets_ns=synchronised.offsets_ns,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
         base_from_camera=_flat(reading.base_from_camera),
+        earlier_cameras=_earlier(reading.camera_mountings),
         base_from_lidar=_flat(reading.base_from_lidar),
+        findings=tuple(FindingRecord.of(finding) for finding in synchronised.findings),
+        shifts_ns=synchronised.shifts_ns,
     )
     write_record(folder, record)
     return record
@@ -139,6 +172,16 @@ def _flat(transform: Transform | None) -> tuple[tuple[float, ...], tuple[float, 
     if transform is None:
         return None
     return tuple(transform.rotation.ravel().tolist()), tuple(transform.translation.tolist())
+
+
+def _earlier(
+    mountings: Sequence[tuple[int, Transform]],
+) -> tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...]:
+    ends = [since for since, _ in mountings[1:]]
+    return tuple(
+        (end, tuple(mount.rotation.ravel().tolist()), tuple(mount.translation.tolist()))
+        for end, (_, mount) in zip(ends, mountings, strict=False)
+    )
 
 
 def _write_planned(writer: EpisodeWriter, plan: RowPlan) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.errors import ObservationError, RecordingError
+from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map import intensity_layers, store_layers
 from graspe_data.observation.observe_points import observe_points
@@ -18,8 +18,10 @@ from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.robot import Intrinsics, Mounting
+from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import Picture, PointCloud
+from graspe_data.synchronisation.placement import PlacedCloud
+from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter
@@ -28,6 +30,11 @@ Values = Mapping[str, NDArray[np.generic] | float]
 Mask = NDArray[np.bool_]
 
 NOT_READ_AGAIN = "not found again in the second pass"
+_FAULTS = {
+    RecordingError: "does not decode",
+    ObservationError: "cannot be observed",
+    GeometryError: "cannot be placed on the robot",
+}
 
 
 class SecondPass:
@@ -49,7 +56,7 @@ class SecondPass:
         self.recording, self.recipe, self.digest = recording, recipe, recording_digest
         self.synchronised, self.wanted = synchronised, wanted
         self.rectifier: Rectifier | None = self._rectifier() if wanted.any() else None
-        self.base_from_camera: Transform | None = None
+        self.camera_mountings: list[tuple[int, Transform]] = []
         plan, topics = synchronised.plan, recipe.robot.topics
         self._waiting = {
             topics.image: _rows_by_ordinal(plan.image, wanted),
@@ -58,14 +65,19 @@ class SecondPass:
         kind = recording.topics[topics.points].message_type
         self._decode_points = cloud_decoder(kind, topics.points, recipe.robot.lidar.model)
         self._settings = recipe.point_observation
-        self._mounts: dict[str, Transform] = {}
+        self._mounts: list[Transform] = []
+        self._cloud_ns = _cloud_times(plan)
         self.losses: list[Loss] = []
 
     @property
     def base_from_lidar(self) -> Transform | None:
-        """The lidar's mounting, once clouds were read; None where their frames differ."""
-        mounts = list(self._mounts.values())
-        return mounts[0] if len(mounts) == 1 else None
+        """The lidar's mounting, once clouds were read; None where it was not one throughout."""
+        return self._mounts[0] if len(self._mounts) == 1 else None
+
+    @property
+    def base_from_camera(self) -> Transform | None:
+        """The camera's mounting, once a picture was read; the last one where it changed."""
+        return self.camera_mountings[-1][1] if self.camera_mountings else None
 
     def run(self, writer: EpisodeWriter) -> Counter[str]:
         """Write the rows, drop those that could not be made, and count these by reason."""
@@ -75,7 +87,7 @@ class SecondPass:
             topics.points: self.wanted & (plan.points >= 0),
         }
         for row in np.flatnonzero(self.wanted & (plan.points < 0)).tolist():
-            writer.write(row, self._point_columns(_NO_CLOUD))
+            writer.write(row, self._point_columns(_NO_CLOUD, _NOWHERE))
         reasons: dict[int, str] = {}
         ordinals = dict.fromkeys(self._waiting, -1)
         for raw in self.recording.messages(list(self._waiting)) if self.wanted.any() else ():
@@ -83,7 +95,7 @@ class SecondPass:
             rows = self._waiting[raw.topic].get(ordinals[raw.topic])
             if rows is None:
                 continue
-            values = self._decode(raw)
+            values = self._decode(raw, ordinals[raw.topic])
             if isinstance(values, str):
                 reasons |= dict.fromkeys(rows, values)
                 continue
@@ -95,19 +107,20 @@ class SecondPass:
             writer.keep(np.flatnonzero(self.wanted & ~unmade))
         return Counter(reasons.get(row, NOT_READ_AGAIN) for row in np.flatnonzero(unmade).tolist())
 
-    def _decode(self, raw: RawMessage) -> Values | str:
+    def _decode(self, raw: RawMessage, ordinal: int) -> Values | str:
         """The columns that a message gives, or the reason why it gives none."""
         picture = raw.topic == self.recipe.robot.topics.image
         try:
             message = self.recording.decode(raw)
             if not picture:
-                return self._point_columns(self._decode_points(message))
+                cloud = self._decode_points(message)
+                placed = self._place(cloud, self._cloud_ns[ordinal])
+                return self._point_columns(placed.cloud, placed.base_from_lidar)
             kind = self.recording.topics[raw.topic].message_type
             return self._picture_columns(decode_image(message, kind, raw.topic))
-        except (RecordingError, ObservationError) as error:
+        except (RecordingError, ObservationError, GeometryError) as error:
             what = "picture" if picture else "cloud"
-            decoded = isinstance(error, ObservationError)
-            reason = f"{what} {'cannot be observed' if decoded else 'does not decode'}"
+            reason = f"{what} {_FAULTS[type(error)]}"
             if all(loss.topic != raw.topic for loss in self.losses):
                 self.losses.append(Loss(f"{reason}; the first: {error}", raw.topic))
             return reason
@@ -119,15 +132,15 @@ class SecondPass:
         if (source.width, source.height) != (width, height):
             expected = f"{source.width}x{source.height}"
             return f"picture is {width}x{height}, the calibration is for {expected}"
-        if self.base_from_camera is None:
-            camera = self.recipe.robot.camera
-            self.base_from_camera = self._mount(camera.mounting, camera.frame or picture.frame)
+        if not self.camera_mountings:
+            placement = self.synchronised.placement
+            self.camera_mountings = placement.camera_mountings(picture.frame)
         return {"image": self.rectifier.apply(picture.rgb), "image_valid": True}
 
-    def _point_columns(self, cloud: PointCloud) -> Values:
+    def _point_columns(self, cloud: PointCloud, base_from_lidar: Transform) -> Values:
         seed = row_seed(self.recipe.dataset.seed, self.digest, cloud.stamp_ns)
-        observation = observe_points(cloud, self._base_from_lidar(cloud), self._settings, seed)
-        return self._intensity_columns(cloud) | {
+        observation = observe_points(cloud, base_from_lidar, self._settings, seed)
+        return self._intensity_columns(cloud, base_from_lidar) | {
             "points": observation.points,
             "intensity": observation.intensity,
             "point_count": observation.point_count,
@@ -135,28 +148,23 @@ class SecondPass:
             "laser_scan": observation.laser_scan,
         }
 
-    def _intensity_columns(self, cloud: PointCloud) -> dict[str, NDArray[np.generic] | float]:
+    def _intensity_columns(
+        self, cloud: PointCloud, base_from_lidar: Transform
+    ) -> dict[str, NDArray[np.generic] | float]:
         settings = self.recipe.dataset.intensity_layers
         if settings is None:
             return {}
         if cloud is _NO_CLOUD:
             return {"intensity_map": np.zeros(settings.shape, np.uint8)}
-        returns, mounting = self.recipe.intensity_returns, self._base_from_lidar(cloud)
-        layers = intensity_layers(cloud, mounting, returns, settings)
+        returns = self.recipe.intensity_returns
+        layers = intensity_layers(cloud, base_from_lidar, returns, settings)
         return {"intensity_map": store_layers(layers)}
 
-    def _base_from_lidar(self, cloud: PointCloud) -> Transform:
-        if cloud is _NO_CLOUD:
-            return Transform.identity()
-        if cloud.frame not in self._mounts:
-            lidar = self.recipe.robot.lidar
-            self._mounts[cloud.frame] = self._mount(lidar.mounting, lidar.frame or cloud.frame)
-        return self._mounts[cloud.frame]
-
-    def _mount(self, mounting: Mounting | str, frame: str) -> Transform:
-        if isinstance(mounting, Mounting):
-            return mounting.transform
-        return self.synchronised.tracks.frames.lookup(self.recipe.robot.base_frame, frame)
+    def _place(self, cloud: PointCloud, stamp_ns: int) -> PlacedCloud:
+        placed = self.synchronised.placement.place_cloud(cloud, stamp_ns)
+        if not any(_same(placed.base_from_lidar, mount) for mount in self._mounts):
+            self._mounts.append(placed.base_from_lidar)
+        return placed
 
     def _rectifier(self) -> Rectifier:
         image = self.recipe.dataset.image
@@ -179,6 +187,7 @@ class SecondPass:
         return calibration.intrinsics
 
 
+_NOWHERE = Transform.identity()
 _NO_CLOUD = PointCloud(
     stamp_ns=0,
     frame="",
@@ -186,6 +195,17 @@ _NO_CLOUD = PointCloud(
     intensity=None,
     ring=np.empty(0, np.int32),
 )
+
+
+def _same(one: Transform, other: Transform) -> bool:
+    turned, moved = one.rotation - other.rotation, one.translation - other.translation
+    return not (turned.any() or moved.any())
+
+
+def _cloud_times(plan: RowPlan) -> dict[int, int]:
+    """The time of each cloud that makes a row, by its ordinal."""
+    times = plan.anchor_ns - plan.points_age_ns
+    return dict(zip(plan.points.tolist(), times.tolist(), strict=True))
 
 
 def _rows_by_ordinal(ordinals: NDArray[np.int64], wanted: Mask) -> dict[int, list[int]]:

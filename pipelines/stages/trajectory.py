@@ -41,14 +41,13 @@ def trajectory(
         episode: The folder of the extract stage.
         folder: An empty folder.
     """
-    history = whole_column(episode, "velocity_history")
+    history, stamps = whole_column(episode, "velocity_history"), whole_column(episode, "stamp_ns")
     with EpisodeWriter(folder, trajectory_columns(recipe.dataset), extracted.rows) as writer:
-        predicted = predicted_trajectory(recipe, extracted) if extracted.rows else None
+        drawers = trajectory_drawers(recipe, extracted) if extracted.rows else []
         for row in range(extracted.rows):
             v, omega = history[row, -1].tolist()
-            if predicted is not None:
-                drawn = predicted.draw(v, omega)
-                writer.write(row, {"trajectory_image": np.packbits(drawn, axis=-1)})
+            drawn = next(d for until, d in drawers if stamps[row] < until).draw(v, omega)
+            writer.write(row, {"trajectory_image": np.packbits(drawn, axis=-1)})
         digests = writer.digests()
     record = StageRecord(
         stage="trajectory",
@@ -60,19 +59,43 @@ def trajectory(
     return record
 
 
-def predicted_trajectory(recipe: DatasetRecipe, extracted: ExtractRecord) -> PredictedTrajectory:
-    """What draws the trajectories of an episode.
+def trajectory_drawers(
+    recipe: DatasetRecipe, extracted: ExtractRecord
+) -> list[tuple[int, PredictedTrajectory]]:
+    """What draws the trajectories of an episode, and until which stamp, ns.
+
+    There are several where the camera was mounted anew in mid-run.
 
     Raises:
         StageError: The record has no calibration.
     """
-    if extracted.camera is None or extracted.base_from_camera is None:
+    earlier = [
+        (until, _drawer(recipe, extracted, (rotation, translation)))
+        for until, rotation, translation in extracted.earlier_cameras
+    ]
+    return [*earlier, (np.iinfo(np.int64).max, predicted_trajectory(recipe, extracted))]
+
+
+def predicted_trajectory(recipe: DatasetRecipe, extracted: ExtractRecord) -> PredictedTrajectory:
+    """What draws trajectories by the camera's last mounting.
+
+    Raises:
+        StageError: The record has no calibration.
+    """
+    return _drawer(recipe, extracted, extracted.base_from_camera)
+
+
+def _drawer(
+    recipe: DatasetRecipe,
+    extracted: ExtractRecord,
+    mounted: tuple[tuple[float, ...], tuple[float, ...]] | None,
+) -> PredictedTrajectory:
+    if extracted.camera is None or mounted is None:
         raise StageError(f"{extracted.recording}: the episode has rows but no camera calibration.")
-    rotation, translation = extracted.base_from_camera
-    mounting = Transform(np.reshape(rotation, (3, 3)), np.array(translation))
+    rotation, translation = mounted
     return PredictedTrajectory(
         intrinsics=extracted.camera,
-        base_from_camera=mounting,
+        base_from_camera=Transform(np.reshape(rotation, (3, 3)), np.array(translation)),
         base_height=recipe.robot.base_height,
         line_width=recipe.robot.footprint.width,
         steps=recipe.dataset.horizon.steps,

@@ -18,7 +18,8 @@ class OdometrySeries:
     """Odometry: int64 stamps and float64 arrays, all (N,), N at least 1.
 
     ``x``, ``y`` metres and ``yaw`` rad (unwrapped) in the odometry frame; ``v`` m/s along body x
-    and ``omega`` rad/s; ``roll`` and ``pitch`` rad, or None where the odometry is planar.
+    and ``omega`` rad/s; ``roll`` and ``pitch`` rad, or None where the odometry is planar. Between
+    samples of two segments (``segment``, int64) the poses do not go on; None for one segment.
 
     Raises:
         ObservationError: No samples, unequal lengths, values that are not finite, or stamps that
@@ -33,12 +34,13 @@ class OdometrySeries:
     omega: Floats
     roll: Floats | None = None
     pitch: Floats | None = None
+    segment: Stamps | None = None
 
     def __post_init__(self) -> None:
         """Check the arrays."""
         if not self.stamps_ns.size:
             raise ObservationError("Odometry: no samples, so nothing can be labelled.")
-        for name in ("x", "y", "yaw", "v", "omega", "roll", "pitch"):
+        for name in ("x", "y", "yaw", "v", "omega", "roll", "pitch", "segment"):
             _check("Odometry", self.stamps_ns, name, getattr(self, name), ())
 
     def at(self, stamps_ns: Stamps) -> tuple[Floats, Floats, Floats, Floats, Floats]:

@@ -82,7 +82,7 @@ def label_rows(
     by_rule = _from_first(touches(*bounds_ns(decided.taken), after, until))
     failed = by_person | by_rule
     doubtful = touches(*bounds_ns(decided.left_out), after, until)
-    doubtful |= touches(*_gaps(odometry.stamps_ns, settings.maximum_gap_s), after, until)
+    doubtful |= touches(*_gaps(odometry, settings.maximum_gap_s), after, until)
     doubtful |= _deviation(edges, odometry, settings) > settings.maximum_deviation
     mask = ~_from_first(doubtful & ~failed)
     cleared = touches(*bounds_ns(decided.rejected), after, until)
@@ -101,12 +101,17 @@ def _from_first(mask: Mask) -> Mask:
     return np.logical_or.accumulate(mask, axis=1)
 
 
-def _gaps(stamps: Stamps, maximum_gap_s: float) -> tuple[Stamps, Stamps]:
+def _gaps(odometry: OdometrySeries, maximum_gap_s: float) -> tuple[Stamps, Stamps]:
     """The times without odometry, those before the first and after the last sample included.
 
-    A gap begins a nanosecond after the sample before it: up to there the path is known.
+    A gap begins a nanosecond after the sample before it: up to there the path is known. Where the
+    poses do not go on there is one, however short.
     """
-    begins = np.flatnonzero(np.diff(stamps) > round(maximum_gap_s * 1e9))
+    stamps = odometry.stamps_ns
+    apart = np.diff(stamps) > round(maximum_gap_s * 1e9)
+    if odometry.segment is not None:
+        apart |= np.diff(odometry.segment) != 0
+    begins = np.flatnonzero(apart)
     limits = np.iinfo(np.int64)
     starts = np.concatenate([[limits.min], stamps[begins] + 1, stamps[-1:] + 1])
     return starts, np.concatenate([stamps[:1], stamps[begins + 1], [limits.max]])

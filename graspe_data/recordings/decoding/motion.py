@@ -53,6 +53,7 @@ def _odometry(message: Any) -> Motion:
         quaternion=quaternion(pose.orientation),
         linear_velocity=float(twist.linear.x),
         yaw_rate=float(twist.angular.z),
+        twist=(*vector(twist.linear), *vector(twist.angular)),
     )
 
 
@@ -66,6 +67,7 @@ def _twist(twist: Any, header: Any | None = None) -> Motion:
         quaternion=None,
         linear_velocity=float(twist.linear.x),
         yaw_rate=float(twist.angular.z),
+        twist=(*vector(twist.linear), *vector(twist.angular)),
     )
 
 

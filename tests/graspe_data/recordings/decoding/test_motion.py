@@ -14,6 +14,7 @@ from graspe_data.sensor_data import Motion, StampedTransform
 STAMP = 12_000_000_034
 POSITION, QUATERNION = (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)
 LINEAR, ANGULAR = (0.5, 0.1, 0.2), (0.3, 0.4, -0.7)
+TWIST = (0.5, 0.1, 0.2, 0.3, 0.4, -0.7)
 
 
 def with_covariance(build: Any, kind: str, name: str, content: Any) -> Any:
@@ -31,13 +32,13 @@ def test_odometry_gives_the_pose_and_the_velocity_in_the_body(build: Any) -> Non
             build, "geometry_msgs/msg/TwistWithCovariance", "twist", build.twist(LINEAR, ANGULAR)
         ),
     )
-    expected = Motion(STAMP, "odom", "base_link", POSITION, QUATERNION, 0.5, -0.7)
+    expected = Motion(STAMP, "odom", "base_link", POSITION, QUATERNION, 0.5, -0.7, TWIST)
     assert decode_motion(message, "nav_msgs/msg/Odometry", "/odom") == expected
 
 
 def test_a_bare_twist_has_no_stamp_and_no_pose(build: Any) -> None:
     motion = decode_motion(build.twist(LINEAR, ANGULAR), "geometry_msgs/msg/Twist", "/cmd_vel")
-    assert motion == Motion(None, "", "", None, None, 0.5, -0.7)
+    assert motion == Motion(None, "", "", None, None, 0.5, -0.7, TWIST)
 
 
 @pytest.mark.parametrize("covariance", [False, True])
@@ -48,7 +49,7 @@ def test_a_stamped_twist_has_no_pose(build: Any, covariance: bool) -> None:
         kind = "geometry_msgs/msg/TwistWithCovarianceStamped"
         twist = with_covariance(build, "geometry_msgs/msg/TwistWithCovariance", "twist", twist)
     motion = decode_motion(build(kind, header=build.header(), twist=twist), kind, "/twist")
-    assert motion == Motion(STAMP, "sensor", "sensor", None, None, 0.5, -0.7)
+    assert motion == Motion(STAMP, "sensor", "sensor", None, None, 0.5, -0.7, TWIST)
 
 
 @pytest.mark.parametrize("covariance", [False, True])

@@ -1,0 +1,71 @@
+"""Commands against odometry: whether a robot that is told to drive ever moves."""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+import numpy as np
+
+from graspe_data.errors import RecordingError
+from graspe_data.observation.odometry_series import PoseSeries
+from graspe_data.robot import Robot
+from graspe_data.synchronisation.findings import Finding
+from graspe_data.synchronisation.tracks import Floats, Stamps
+
+SECOND: Final = 1_000_000_000
+_TOLD_M: Final = 2.0
+_HELD_S: Final = 0.5
+_NEVER_MOVES: Final = 1e-9
+_DIFFERS: Final = 3.0
+
+
+class Commands(Protocol):
+    """Times int64 (N,) and values (N, 2): m/s and rad/s."""
+
+    @property
+    def stamps_ns(self) -> Stamps:
+        """When each was given."""
+
+    @property
+    def values(self) -> Floats:
+        """What was asked for."""
+
+
+def check_commands(commands: Commands | None, odometry: PoseSeries, robot: Robot) -> list[Finding]:
+    """Hold the way that was asked for against the way that the odometry tells.
+
+    Raises:
+        RecordingError: Much was asked for and the odometry says, to the last digit, nothing: it was
+            never filled.
+    """
+    if commands is None or robot.topics.command is None:
+        return []
+    asked, driven = _way(commands.stamps_ns, commands.values[:, 0], _HELD_S), _driven(odometry)
+    topic, source = robot.topics.odometry, robot.topics.command
+    if asked < _TOLD_M:
+        return []
+    numbers = {"commanded_m": asked, "driven_m": driven}
+    said = f"{source} asks for {asked:.1f} m, {topic} tells {driven:.1f} m"
+    if not odometry.velocity.any() and np.ptp(odometry.pose, axis=0).max() <= _NEVER_MOVES:
+        raise RecordingError(
+            f"{said}, and not one of its numbers ever changes: it was never filled. No rows are "
+            f"made. Name another odometry under `topics.odometry`, or `odometry: lidar`."
+        )
+    if driven > _DIFFERS * asked or asked > _DIFFERS * driven:
+        text = f"{said}: commands of another robot, a robot that is held, or another unit"
+        return [Finding("commands_differ", "noted", source, text, numbers)]
+    text = f"{said}: they agree"
+    return [Finding("commands_agree", "agrees", source, text, numbers)]
+
+
+def _driven(odometry: PoseSeries) -> float:
+    return _way(odometry.stamps_ns, odometry.velocity[:, 0], _HELD_S)
+
+
+def _way(stamps_ns: Stamps, speeds: Floats, held_s: float) -> float:
+    """The way at speeds (N,) that are held until the next one, no longer than some time, metres."""
+    if stamps_ns.size == 0:
+        return 0.0
+    order = np.argsort(stamps_ns, kind="stable")
+    seconds = np.minimum(np.diff(stamps_ns[order]) / SECOND, held_s)
+    return float(np.nansum(np.abs(speeds[order][:-1]) * seconds))

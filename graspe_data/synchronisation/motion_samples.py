@@ -1,0 +1,148 @@
+"""Odometry in time order: poses and twists of one body, cut where they do not go on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.geometry import Floats, Transform, roll_pitch_yaw, rotation_from_quaternion
+from graspe_data.robot import Limits
+from graspe_data.synchronisation.differentiate import body_velocities
+from graspe_data.synchronisation.tracks import Mask, MotionTrack, Stamps
+
+SECOND: Final = 1_000_000_000
+LONGEST_STEP_S: Final = 0.5
+"""Samples further apart than this are not joined."""
+_SLACK_M, _SLACK_RAD = 0.05, 0.05
+_PAIR = 2
+
+
+@dataclass(frozen=True)
+class MotionSamples:
+    """One sample a stamp, N of them: ``stamps_ns`` ascends strictly.
+
+    ``position`` (N, 3) metres and ``rotation`` (N, 3, 3) of the body in a frame that does not move,
+    NaN where there is no pose. ``linear`` (N, 3) m/s and ``angular`` (N, 3) rad/s as published, NaN
+    where there is no twist. ``segment`` (N,) counts up where a pose jumps or time leaps.
+    ``repeated`` is the share of messages whose stamp stood before, with another pose.
+    """
+
+    stamps_ns: Stamps
+    position: Floats
+    rotation: Floats
+    linear: Floats
+    angular: Floats
+    segment: NDArray[np.int64]
+    repeated: float = 0.0
+
+    @property
+    def yaw(self) -> Floats:
+        """Heading in rad, unwrapped over the whole series, float64 (N,)."""
+        heading = roll_pitch_yaw(self.rotation)[2]
+        known = np.isfinite(heading)
+        heading[known] = np.unwrap(heading[known])
+        return heading
+
+    @property
+    def jumps(self) -> NDArray[np.intp]:
+        """The indices of the first samples behind a leap of the pose."""
+        return np.flatnonzero(np.diff(self.segment)) + 1
+
+    @property
+    def joined(self) -> Mask:
+        """Whether each sample and the next belong together, bool (N - 1,)."""
+        near = np.diff(self.stamps_ns) <= round(LONGEST_STEP_S * SECOND)
+        return np.asarray(near & (np.diff(self.segment) == 0))
+
+
+def motion_samples(track: MotionTrack, stamps_ns: Stamps) -> MotionSamples:
+    """Sort a track by time and keep the first message of each stamp.
+
+    Messages whose pose or twist is not finite are left out, unless none of the track has one.
+
+    Args:
+        track: N messages.
+        stamps_ns: Their times, int64 (N,).
+    """
+    sound = _finite(track.position) & _finite(track.quaternion) & _finite(track.twist)
+    track, stamps_ns = track.only(sound), stamps_ns[sound]
+    stamps, first, inverse = np.unique(stamps_ns, return_index=True, return_inverse=True)
+    moved = np.linalg.norm(track.position - track.position[first][inverse], axis=1) > 1e-3  # noqa: PLR2004
+    length = np.linalg.norm(track.quaternion[first], axis=1)
+    turned = np.isfinite(length) & (length > 0)
+    rotation = np.full((stamps.size, 3, 3), np.nan)
+    rotation[turned] = rotation_from_quaternion(track.quaternion[first][turned])
+    return MotionSamples(
+        stamps_ns=stamps,
+        position=track.position[first],
+        rotation=rotation,
+        linear=track.twist[first, :3],
+        angular=track.twist[first, 3:],
+        segment=np.zeros(stamps.size, np.int64),
+        repeated=float(np.count_nonzero(moved)) / max(1, stamps_ns.size),
+    )
+
+
+def _finite(values: Floats) -> Mask:
+    """The rows (N, D) whose numbers are finite; all where none is."""
+    finite = np.asarray(np.isfinite(values).all(axis=1))
+    return finite if finite.any() else np.ones(finite.size, np.bool_)
+
+
+def carried_to_base(samples: MotionSamples, child_from_base: Transform) -> MotionSamples:
+    """The motion of the base frame, which is fixed on the body that the samples are of.
+
+    The twist is taken as the body's own: its frame follows ``child_from_base`` too.
+    """
+    offset, turn = child_from_base.translation, child_from_base.rotation
+    lever = np.cross(samples.angular, offset)
+    return replace(
+        samples,
+        position=samples.position + samples.rotation @ offset,
+        rotation=samples.rotation @ turn,
+        linear=(samples.linear + lever) @ turn,
+        angular=samples.angular @ turn,
+    )
+
+
+def twist_in_body(samples: MotionSamples) -> MotionSamples:
+    """Turn a twist that is given in the fixed frame into the body's."""
+    turned = np.swapaxes(samples.rotation, 1, 2)
+    return replace(
+        samples,
+        linear=np.einsum("nij,nj->ni", turned, samples.linear),
+        angular=np.einsum("nij,nj->ni", turned, samples.angular),
+    )
+
+
+def cut_at_jumps(samples: MotionSamples, limits: Limits) -> MotionSamples:
+    """Begin a new segment where a pose leaps further than the robot can go.
+
+    A leap is more than twice the limits allow in that time, and 5 cm or 0.05 rad besides.
+    """
+    if samples.stamps_ns.size < _PAIR:
+        return samples
+    seconds = np.diff(samples.stamps_ns) / SECOND
+    fastest = 2 * max(map(abs, limits.linear_velocity))
+    quickest = 2 * max(map(abs, limits.yaw_rate))
+    way = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
+    turn = np.abs(np.diff(samples.yaw))
+    with np.errstate(invalid="ignore"):
+        leaps = (way > fastest * seconds + _SLACK_M) | (turn > quickest * seconds + _SLACK_RAD)
+    segment = np.concatenate([[0], np.cumsum(leaps)])
+    return replace(samples, segment=segment.astype(np.int64))
+
+
+def differentiated(samples: MotionSamples) -> Floats:
+    """Velocity along body x in m/s and yaw rate in rad/s by the poses, (N, 2), within segments."""
+    velocity = np.full((samples.stamps_ns.size, 2), np.nan)
+    pieces = np.split(np.arange(samples.stamps_ns.size), np.flatnonzero(~samples.joined) + 1)
+    for piece in pieces:
+        linear, yaw_rate = body_velocities(
+            samples.stamps_ns[piece], samples.position[piece], samples.rotation[piece]
+        )
+        velocity[piece] = np.stack([linear, yaw_rate], axis=1)
+    return velocity

@@ -1,0 +1,153 @@
+"""Where sensors are on the robot: mountings by the manifest or tf, at the time of each message."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from graspe_data.errors import GeometryError, RecordingError
+from graspe_data.geometry import Transform, plain_frame
+from graspe_data.observation.move_points import move_points
+from graspe_data.robot import Mounting, Robot
+from graspe_data.sensor_data import PointCloud
+from graspe_data.synchronisation.findings import Finding
+from graspe_data.synchronisation.tracks import Mask, Stamps
+from graspe_data.synchronisation.transform_buffer import TransformBuffer
+
+_APART_M, _TURNED_RAD = 0.05, 0.1
+
+
+@dataclass(frozen=True)
+class PlacedCloud:
+    """A cloud in the lidar's frame, and the transform that carries its points into the base."""
+
+    cloud: PointCloud
+    base_from_lidar: Transform
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Places the sensors of one robot by its manifest and a recording's transforms."""
+
+    robot: Robot
+    transforms: TransformBuffer
+
+    def place_cloud(self, cloud: PointCloud, stamp_ns: int) -> PlacedCloud:
+        """Bring a cloud into the lidar's frame, from whichever frame it was published in.
+
+        Args:
+            cloud: As decoded.
+            stamp_ns: Its time on the axis of the transforms.
+
+        Raises:
+            GeometryError: The frames do not connect, or not at that time.
+        """
+        mounting, frame = self._lidar_at(cloud.frame, stamp_ns), plain_frame(cloud.frame)
+        if not self.carried(frame):
+            return PlacedCloud(cloud, mounting)
+        base = self.robot.base_frame
+        moved = mounting.inverse() @ self.transforms.lookup(base, frame, stamp_ns)
+        return PlacedCloud(replace(cloud, xyz=move_points(cloud.xyz, moved)), mounting)
+
+    def carried(self, frame: str) -> bool:
+        """Whether clouds of a frame are carried into the lidar's: those of no sensor's own frame.
+
+        These are the base frame, and every frame that moves against it, as the odometry frame does.
+        """
+        base, frame = self.robot.base_frame, plain_frame(frame)
+        if frame == base:
+            return True
+        return self.transforms.connects(base, frame) and not self.transforms.is_fixed(base, frame)
+
+    def known(self, frame: str, stamps_ns: Stamps) -> Mask:
+        """At which times clouds of a frame can be placed, bool (N,)."""
+        if not self.carried(frame):
+            return np.ones(stamps_ns.size, np.bool_)
+        return self.transforms.poses(self.robot.base_frame, plain_frame(frame), stamps_ns).known
+
+    def camera_mountings(self, frame: str) -> list[tuple[int, Transform]]:
+        """The camera's mountings in the base, each with the time from which it counts.
+
+        Raises:
+            RecordingError: The camera's frame moves against the base.
+            GeometryError: The frames do not connect.
+        """
+        camera = self.robot.camera
+        if isinstance(camera.mounting, Mounting):
+            return [(np.iinfo(np.int64).min, camera.mounting.transform)]
+        base, frame = self.robot.base_frame, plain_frame(camera.frame or frame)
+        if not self.transforms.is_fixed(base, frame):
+            raise RecordingError(
+                f"the camera's frame {frame!r} moves against {base!r}, so no picture shows where "
+                f"the robot would drive. Set `camera.frame` to the camera's own frame, or give "
+                f"`camera.mounting`."
+            )
+        return self.transforms.changes(base, frame)
+
+    def findings(self, image_frame: str, points_frame: str) -> list[Finding]:
+        """What the manifest and tf say differently, and what changed in mid-run."""
+        robot = self.robot
+        parts = (
+            ("camera", robot.camera.mounting, robot.camera.frame or image_frame),
+            ("lidar", robot.lidar.mounting, robot.lidar.frame or points_frame),
+        )
+        found = [self._sensor_finding(*part) for part in parts]
+        told = [finding for finding in found if finding is not None]
+        if self.carried(points_frame):
+            told.append(self._carried_finding(plain_frame(points_frame)))
+        return told
+
+    def _lidar_at(self, cloud_frame: str, stamp_ns: int) -> Transform:
+        lidar, base = self.robot.lidar, self.robot.base_frame
+        if isinstance(lidar.mounting, Mounting):
+            return lidar.mounting.transform
+        frame = lidar.frame or ("" if self.carried(cloud_frame) else cloud_frame)
+        if not frame and plain_frame(cloud_frame):
+            return Transform.identity()
+        return self.transforms.lookup(base, frame, stamp_ns)
+
+    def _carried_finding(self, frame: str) -> Finding:
+        base, lidar = self.robot.base_frame, self.robot.lidar
+        own = isinstance(lidar.mounting, Mounting) or lidar.frame is not None
+        into = "the lidar's frame" if own else base
+        how = "" if frame == base else ", by the pose at their stamps"
+        text = f"clouds come in {frame!r}: they are carried into {into}{how}"
+        if not own:
+            text += "; give `lidar.mounting` so that rings are looked for around the lidar"
+        return Finding("cloud_in_other_frame", "mended", frame, text)
+
+    def _sensor_finding(self, part: str, mounting: Mounting | str, frame: str) -> Finding | None:
+        base, frame = self.robot.base_frame, plain_frame(frame)
+        try:
+            changes = self.transforms.changes(base, frame)
+        except GeometryError:
+            return None
+        if isinstance(mounting, Mounting):
+            return self._declared_finding(part, mounting.transform, frame, changes[-1][1])
+        if len(changes) == 1:
+            return None
+        before, after = changes[-2][1], changes[-1][1]
+        moved = float(np.linalg.norm(after.translation - before.translation))
+        text = (
+            f"the {part}'s frame {frame!r} is set anew in mid-run, {moved:.3f} m away: rows before "
+            f"have the old place, rows after it the new one"
+        )
+        return Finding("mounting_changed", "mended", frame, text, {"moved_m": moved})
+
+    def _declared_finding(
+        self, part: str, declared: Transform, frame: str, told: Transform
+    ) -> Finding | None:
+        if self.carried(frame):
+            return None
+        between = declared.inverse() @ told
+        away = float(np.linalg.norm(between.translation))
+        turned = float(np.arccos(np.clip((np.trace(between.rotation) - 1) / 2, -1, 1)))
+        if away < _APART_M and turned < _TURNED_RAD:
+            return None
+        text = (
+            f"`{part}.mounting` and tf's {frame!r} are {away:.2f} m and {turned:.2f} rad apart: "
+            f"the manifest counts"
+        )
+        numbers = {"apart_m": away, "turned_rad": turned}
+        return Finding("mounting_differs", "noted", frame, text, numbers)
