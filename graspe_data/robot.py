@@ -38,11 +38,14 @@ class Clock(Settings):
     """How a topic's stamps become time.
 
     ``offset_s`` is added to the topic's stamps; ``measured`` estimates it from the difference
-    between the topic's skew and the camera's, and is refused where that is not constant.
+    between the topic's least skew and the camera's, and is refused where that is not constant.
+    ``latency_s`` is then taken off: how much longer than a picture a message of this sensor needs,
+    at the least, from its stamp to the recorder.
     """
 
     stamp: Literal["header", "bag"] = "header"
     offset_s: float | Literal["measured"] = 0.0
+    latency_s: Annotated[float, Field(ge=0, le=10)] = 0.0
 
 
 class Clocks(Settings):

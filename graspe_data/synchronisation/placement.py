@@ -85,6 +85,20 @@ class Placement:
             )
         return self.transforms.changes(base, frame)
 
+    def check(self, image_frame: str, points_frame: str) -> None:
+        """Make sure that the sensors' frames lead to the base.
+
+        Raises:
+            RecordingError: One does not, or the camera moves against the base.
+        """
+        base = self.robot.base_frame
+        try:
+            self.camera_mountings(image_frame)
+            if self.robot.lidar.mounting == "tf":
+                self.transforms.path(base, self.robot.lidar.frame or points_frame)
+        except GeometryError as error:
+            raise RecordingError(str(error)) from error
+
     def findings(self, image_frame: str, points_frame: str) -> list[Finding]:
         """What the manifest and tf say differently, and what changed in mid-run."""
         robot = self.robot

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,7 +60,7 @@ class SynchronisedRecording:
     imu: TimedValues | None
     placement: Placement
     plan: RowPlan
-    offsets_ns: dict[str, int]
+    offsets_ns: Mapping[str, int]
     shifts_ns: tuple[int, ...]
     findings: tuple[Finding, ...]
 
@@ -82,16 +82,27 @@ def synchronise(
         findings: Is told what was found, also where the recording is refused.
 
     Raises:
-        RecordingError: Topics are missing, clocks are unrelated, sources contradict each other, or
-            there is no odometry.
+        RecordingError: Topics are missing, clocks are unrelated, sources contradict each other,
+            there is no odometry, or nothing tells where a sensor is or how the camera sees.
     """
     told = findings if findings is not None else []
-    tracks = read_tracks(recording, robot)
+    return synchronise_tracks(read_tracks(recording, robot), robot, clocks, settings, told)
+
+
+def synchronise_tracks(
+    tracks: Tracks,
+    robot: Robot,
+    clocks: ClockSettings,
+    settings: SynchronisationSettings,
+    told: list[Finding],
+) -> SynchronisedRecording:
+    """Plan the rows of tracks that were read before; as ``synchronise`` otherwise."""
     edges = sort_edges(tracks.edges, tracks.unusable_edges)
     told += edges.findings
     whole = time_recording(tracks, edges, robot, clocks, told)
     transforms = recording_transforms(edges, whole, robot, clocks, told)
     placement = Placement(robot, transforms)
+    placement.check(tracks.image_frame, tracks.points_frame)
     told += placement.findings(tracks.image_frame, tracks.points_frame)
     stretches = whole.timed
     odometry = build_odometry(

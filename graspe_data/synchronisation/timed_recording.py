@@ -97,6 +97,7 @@ def time_recording(
     kept = _apart(stretches)
     faults = tuple(fault for _, fault in timed)
     told += _findings(kept, faults)
+    told += _measured_offsets(next(s for s in kept if s is not None), robot)
     return TimedRecording(tuple(kept), tuple(parts), faults, order, tuple(cuts))
 
 
@@ -133,4 +134,21 @@ def _findings(stretches: Sequence[TimedStretch | None], faults: Sequence[str]) -
         for k, fault in enumerate(faults)
         if fault
     ]
+    return found
+
+
+def _measured_offsets(stretch: TimedStretch, robot: Robot) -> list[Finding]:
+    """What was measured between clocks, and what it cannot tell."""
+    times = ((stretch.points, robot.clocks.points), (stretch.odometry_time, robot.clocks.odometry))
+    found = []
+    for time, clock in times:
+        if clock.offset_s == "measured":
+            offset = time.offset_ns / SECOND
+            text = (
+                f"{time.topic}: {offset:+.6f} s are added to its stamps, measured where its "
+                f"messages and pictures come soonest; what the former need longer than the latter "
+                f"even then is in it, unless `latency_s` ({clock.latency_s:g} s) takes it off"
+            )
+            numbers = {"offset_s": offset}
+            found.append(Finding("offset_measured", "mended", time.topic, text, numbers))
     return found

@@ -18,8 +18,8 @@ from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import Picture, PointCloud
+from graspe_data.synchronisation.camera_calibration import camera_intrinsics
 from graspe_data.synchronisation.placement import PlacedCloud
 from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import SynchronisedRecording
@@ -167,24 +167,9 @@ class SecondPass:
         return placed
 
     def _rectifier(self) -> Rectifier:
-        image = self.recipe.dataset.image
-        return rectifier(self._intrinsics(), (image.width, image.height))
-
-    def _intrinsics(self) -> Intrinsics:
-        declared, calibration = (
-            self.recipe.robot.camera.intrinsics,
-            self.synchronised.tracks.calibration,
-        )
-        if isinstance(declared, Intrinsics):
-            return declared
-        if calibration is None:
-            topic = self.recipe.robot.topics.camera_info
-            raise RecordingError(
-                f"{self.recording.path}: no CameraInfo on {topic or 'any declared topic'}. Name "
-                f"its topic under `topics.camera_info`, or give `camera.intrinsics`, in the "
-                f"robot manifest."
-            )
-        return calibration.intrinsics
+        image, tracks = self.recipe.dataset.image, self.synchronised.tracks
+        intrinsics = camera_intrinsics(tracks, self.recipe.robot, self.recording.path)
+        return rectifier(intrinsics, (image.width, image.height))
 
 
 _NOWHERE = Transform.identity()

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graspe_data.errors import RecordingError
-from graspe_data.observation.odometry_series import PoseSeries, sample_odometry
-from graspe_data.synchronisation.clocks import Timeline
-from graspe_data.synchronisation.odometry import pose_series
-from graspe_data.synchronisation.tracks import MotionTrack, StampTrack
+from graspe_data.errors import ObservationError
+from graspe_data.observation.odometry_series import PoseSeries, odometry_series, sample_odometry
 
 SECOND = 1_000_000_000
 NAN = float("nan")
@@ -31,9 +28,8 @@ def series(
         position[:, 0] = stamps / SECOND
         quaternion = np.stack([0 * half, 0 * half, np.sin(half), np.cos(half)], axis=1)
     twist = np.array(velocity if velocity is not None else [(1.0, 0.0)] * count)
-    stamp_track = StampTrack("/odom", stamps, stamps, np.arange(count))
-    track = MotionTrack(stamp_track, position, quaternion, twist)
-    return pose_series(track, Timeline("/odom", stamps, 0, "header stamp"))
+    usable = np.isfinite(quaternion).all(axis=1) | (yaw is None)
+    return odometry_series(stamps[usable], position[usable], quaternion[usable], twist[usable])
 
 
 def at(*seconds: float) -> NDArray[np.int64]:
@@ -82,5 +78,5 @@ def test_a_twist_alone_is_integrated_along_its_arcs() -> None:
 
 
 def test_one_sample_is_not_enough() -> None:
-    with pytest.raises(RecordingError, match=r"/odom: 1 usable odometry samples of 1"):
+    with pytest.raises(ObservationError, match=r"1 usable odometry samples of 1"):
         series([0], [0])
