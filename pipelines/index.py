@@ -28,6 +28,8 @@ def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
         "time_zero_ns": extracted.time_zero_ns,
         "offsets_ns": dict(extracted.offsets_ns),
         "damage": [dict(loss) for loss in losses],
+        "findings": [finding.model_dump(mode="json") for finding in extracted.findings],
+        "shifts_ns": list(extracted.shifts_ns),
         "annotated": labelled.annotated,
         "events": dict(labelled.events),
         "not_judged": dict(labelled.unavailable),

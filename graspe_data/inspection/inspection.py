@@ -8,13 +8,14 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from graspe_data.inspection.evidence import gather_evidence
 from graspe_data.inspection.pairing import Pairing, pair_topics
 from graspe_data.inspection.roles import Role
-from graspe_data.inspection.row_verdict import Verdict, row_verdict
 from graspe_data.inspection.survey import Survey, TopicSurvey, survey_recording
 from graspe_data.inspection.topic_choice import odometry_edges
 from graspe_data.inspection.topic_content import Content
 from graspe_data.inspection.topic_statistics import TopicStatistics, topic_statistics
+from graspe_data.inspection.verdict import Verdict, verdict_of
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import Format, open_recording
 from graspe_data.robot import Robot
@@ -66,7 +67,9 @@ class Inspection:
 
 
 def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
-    """Look at a recording in one pass; memory grows by 16 bytes a message.
+    """Look at a recording in two passes; memory grows by some tens of bytes a message.
+
+    The second pass is the first one of a build: the verdict is the word of the planner of rows.
 
     Args:
         path: Any recording that `open_recording` takes.
@@ -77,6 +80,7 @@ def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
     """
     with open_recording(path) as recording:
         survey = survey_recording(recording)
+        verdict = verdict_of(gather_evidence(recording, survey, robot))
         files, form = tuple(file.name for file in recording.files), recording.format
     times = [t.stamps.bag_ns for t in survey.topics.values() if t.count]
     start = min((int(stamps.min()) for stamps in times), default=None)
@@ -90,7 +94,7 @@ def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
         topics=tuple(_report(topic, start or 0) for topic in survey.topics.values()),
         pairings=_pairings(survey),
         losses=survey.losses,
-        verdict=row_verdict(survey, robot),
+        verdict=verdict,
     )
 
 

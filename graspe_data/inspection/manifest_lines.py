@@ -15,7 +15,7 @@ from graspe_data.manifest import read_yaml
 _PLAIN_EXTRAS: Final = "/_.-"
 _COMMENT_COLUMN: Final = 44
 _WIDTH: Final = 110
-_MISSING: Final = re.compile(r"#\s*missing\b")
+_MISSING: Final = re.compile(r"#\s*missing:")
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from graspe_data.shards.verify import verify_dataset
 from pipelines.build import SPLITS, BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe, robot_manifest
 from pipelines.executors import Workers, one_thread
+from pipelines.findings import findings_of
 from pipelines.progress import ConsoleProgress
 from pipelines.rederive import rederive_rows
 
@@ -174,6 +175,10 @@ def _print_index(index: DatasetIndex) -> None:
         lost = sum(entry.losses.values())
         table.add_row(entry.name, split, str(entry.rows), str(lost), str(failing))
     Console().print(table)
+    for entry in index.recordings:
+        for course, text in findings_of(entry):
+            if course != "agrees":
+                typer.echo(f"{entry.name}: {course}: {text}")
     for reason, count in sorted(index.losses.items()):
         typer.echo(f"lost: {count} {reason}")
     rows = ", ".join(f"{split} {index.rows(split)}" for split in SPLITS if split in index.splits)

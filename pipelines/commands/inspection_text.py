@@ -10,7 +10,6 @@ from rich.text import Text
 
 from graspe_data.inspection.inspection import Inspection, TopicReport
 from graspe_data.inspection.pairing import TOLERANCE_S, Pairing
-from graspe_data.inspection.row_verdict import Verdict
 from graspe_data.inspection.topic_content import (
     CalibrationContent,
     CloudContent,
@@ -21,6 +20,7 @@ from graspe_data.inspection.topic_content import (
     ScanContent,
 )
 from graspe_data.inspection.topic_statistics import Skew, TopicStatistics
+from graspe_data.inspection.verdict import Verdict
 from graspe_data.recordings import Loss
 
 _LATEST_DATE_NS: Final = 4_102_444_800 * 1_000_000_000
@@ -28,6 +28,7 @@ _MILLISECONDS_BELOW_S: Final = 0.5
 _EDGES_SHOWN: Final = 6
 _HANGING: Final = 2
 _NARROWEST: Final = 20
+_STYLES: Final = {"agrees": "green", "mended": "magenta", "noted": "yellow", "refused": "red"}
 
 
 def print_inspection(console: Console, inspection: Inspection) -> None:
@@ -160,8 +161,11 @@ def _pairing(pairing: Pairing) -> str:
 
 
 def _print_verdict(console: Console, verdict: Verdict) -> None:
+    for finding in verdict.findings:
+        _line(console, 2, (f"{finding.course}: ", _STYLES[finding.course]), (finding.text, ""))
     if verdict.possible:
-        _line(console, 2, ("can make rows: yes", "bold green"), (_chosen(verdict), ""))
+        rows = f", {verdict.rows} with the usual windows" if verdict.rows else ""
+        _line(console, 2, ("can make rows: yes", "bold green"), (rows + _chosen(verdict), ""))
     else:
         reasons = "; ".join(verdict.reasons)
         _line(console, 2, ("can make rows: no", "bold red"), (f": {reasons}", ""))

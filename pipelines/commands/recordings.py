@@ -69,11 +69,14 @@ def scaffold(
     out: Annotated[
         Path | None, typer.Option(help="The file to write; it must not exist. Prints without.")
     ] = None,
+    resolve: Annotated[
+        bool, typer.Option("--resolve", help="Write mountings and intrinsics as numbers.")
+    ] = False,
 ) -> None:
     """Start a robot manifest from a recording; every guess and every gap is marked."""
     if out is not None and out.exists():
         raise RecordingError(f"{out}: exists already; choose another name, or remove it.")
-    text = scaffold_robot(_the_one(recording))
+    text = scaffold_robot(_the_one(recording), resolve=resolve)
     if out is None:
         typer.echo(text, nl=False)
         return

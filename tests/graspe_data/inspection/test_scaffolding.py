@@ -143,11 +143,11 @@ def test_a_manifest_edited_by_hand_is_still_read_for_marks(tmp_path: Path) -> No
     path = tmp_path / "robot.yaml"
     path.write_text(
         "#missing: a note by hand\n# on two lines\na: {b: 1, c: 2}\n"
-        "d:\n    e: 'x # missing'\n    f: [1,\n        2] #missing\ng: # missing\n",
+        "d:\n    e: 'x # missing'\n    f: [1,\n        2] #missing: y\ng: # missing: z\n",
         encoding="utf-8",
     )
     assert unfilled(path) == ["a", "d.f", "g"]
-    path.write_text("- 1 # missing\n", encoding="utf-8")
+    path.write_text("- 1 # missing: it\n", encoding="utf-8")
     assert unfilled(path) == []
     path.write_text("a: [", encoding="utf-8")
     with pytest.raises(ManifestError, match="not valid YAML"):
