@@ -24,7 +24,7 @@ from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
-from graspe_data.robot import Robot
+from graspe_data.robot import Clock, Clocks, Robot
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.row_plan import SynchronisationSettings
 
@@ -122,6 +122,27 @@ class SplitSettings(Settings):
         return None
 
 
+class RecordingClocks(Settings):
+    """Clocks of some recordings, where they are not those of the robot's manifest.
+
+    A sensor on its own clock is set anew at every start, so its offset differs from one recording
+    to the next. A topic that is not named here keeps the robot's clock.
+    """
+
+    recordings: Annotated[tuple[str, ...], Field(min_length=1)]
+    """Patterns of recording names, as in a shell."""
+    image: Clock | None = None
+    points: Clock | None = None
+    odometry: Clock | None = None
+    command: Clock | None = None
+    imu: Clock | None = None
+
+    def over(self, clocks: Clocks) -> Clocks:
+        """The robot's clocks with these in their place."""
+        named = {name: getattr(self, name) for name in type(clocks).model_fields}
+        return clocks.model_copy(update={k: clock for k, clock in named.items() if clock})
+
+
 class CandidateSettings(Settings):
     """Optional columns: other trajectories than the driven one, and how the world says they end."""
 
@@ -160,6 +181,8 @@ class DatasetManifest(Settings):
     proposals: ProposalSettings = ProposalSettings()
     labels: LabelRules = LabelRules()
     clocks: ClockSettings = ClockSettings()
+    recording_clocks: tuple[RecordingClocks, ...] = ()
+    """The first entry that matches a recording's name counts."""
     split: SplitSettings = SplitSettings()
     storage: StorageSettings = StorageSettings()
 
@@ -191,6 +214,14 @@ class DatasetRecipe(Settings):
 
     dataset: DatasetManifest
     robot: Robot
+
+    def for_recording(self, name: str) -> DatasetRecipe:
+        """The recipe of one recording: the robot with the clocks that it has there."""
+        for entry in self.dataset.recording_clocks:
+            if any(fnmatch.fnmatchcase(name, pattern) for pattern in entry.recordings):
+                robot = self.robot.model_copy(update={"clocks": entry.over(self.robot.clocks)})
+                return self.model_copy(update={"robot": robot})
+        return self
 
     @property
     def point_observation(self) -> PointObservationSettings:

@@ -70,6 +70,7 @@ def dataset_index(
     # Without their columns these settings decide nothing, so the digest does not depend on them.
     unused = set() if recipe.dataset.intensity_layers else {"intensity_map"}
     unused |= set() if recipe.dataset.candidates else {"candidates"}
+    unused |= set() if recipe.dataset.recording_clocks else {"recording_clocks"}
     dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"} | unused)
     losses = sum((Counter(entry.losses) for entry in entries), Counter[str]())
     return DatasetIndex(

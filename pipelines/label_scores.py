@@ -41,6 +41,7 @@ def score_labels(recipe: DatasetRecipe, path: Path) -> LabelScore:
         RecordingError: The recording cannot be read, or holds no truth.
         StageError: The dataset's horizon is not the one of the recorded truth.
     """
+    recipe = recipe.for_recording(path.name)
     truth, dataset = read_truth(path), recipe.dataset
     with open_recording(path) as recording:
         synchronised = synchronise(recording, recipe.robot, dataset.clocks, dataset.synchronisation)

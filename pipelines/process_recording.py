@@ -68,7 +68,8 @@ def process_recording(task: RecordingTask) -> Episode | Refusal:
 
 
 def _stages(task: RecordingTask, digest: str) -> Episode:
-    recipe, dataset = task.recipe, task.recipe.dataset
+    recipe = task.recipe.for_recording(task.path.name)
+    dataset = recipe.dataset
     home = task.episodes / digest[:16]
     done_now: list[str] = []
     folders: dict[str, Path] = {}

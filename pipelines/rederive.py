@@ -71,7 +71,8 @@ def rederive_rows(folder: Path, recordings: Sequence[Path], count: int, seed: in
     for number, choices in chosen.items():
         entry = index.recordings[number]
         try:
-            faults += _compare(folder, recipe, entry, paths[number], choices)
+            its_recipe = recipe.for_recording(entry.name)
+            faults += _compare(folder, its_recipe, entry, paths[number], choices)
         except GraspeError as error:
             faults.append(f"{entry.name}: cannot be derived again: {error}")
     total = sum(choice.rows.size for choices in chosen.values() for choice in choices)

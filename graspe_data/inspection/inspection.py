@@ -11,8 +11,9 @@ from pydantic import TypeAdapter
 from graspe_data.inspection.evidence import gather_evidence
 from graspe_data.inspection.pairing import Pairing, pair_topics
 from graspe_data.inspection.roles import Role
+from graspe_data.inspection.several_robots import robot_namespaces, same_robot
 from graspe_data.inspection.survey import Survey, TopicSurvey, survey_recording
-from graspe_data.inspection.topic_choice import odometry_edges
+from graspe_data.inspection.topic_choice import NEEDED, odometry_edges
 from graspe_data.inspection.topic_content import Content
 from graspe_data.inspection.topic_statistics import TopicStatistics, topic_statistics
 from graspe_data.inspection.verdict import Verdict, verdict_of
@@ -113,9 +114,15 @@ def _report(topic: TopicSurvey, start_ns: int) -> TopicReport:
 
 
 def _pairings(survey: Survey) -> tuple[Pairing, ...]:
-    """Every sensor with every odometry; with tf only where there is no other."""
+    """Every sensor with every odometry of its robot; with tf only where there is no other."""
     roles: tuple[Role, ...] = ("image", "points", "scan")
     sensors = [topic.stamps for role in roles for topic in survey.serving(role).values()]
     odometry: list[StampTrack] = [t.stamps for t in survey.serving("odometry").values()]
     odometry = odometry or list(odometry_edges(survey).values())
-    return tuple(pair_topics(sensor, other) for sensor in sensors for other in odometry)
+    spaces = robot_namespaces({role: set(survey.serving(role)) for role in NEEDED})
+    return tuple(
+        pair_topics(sensor, other)
+        for sensor in sensors
+        for other in odometry
+        if same_robot(sensor.topic, other.topic, spaces)
+    )

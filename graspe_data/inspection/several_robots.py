@@ -13,6 +13,12 @@ _ALIKE: Final = 2
 Space = tuple[str, ...]
 
 
+def same_robot(one: str, other: str, spaces: Collection[Space]) -> bool:
+    """Whether two topics may be of one robot: they lie in no two of these namespaces."""
+    homes = [{space for space in spaces if _below(name, space)} for name in (one, other)]
+    return homes[0] == homes[1] or not all(homes)
+
+
 def own_topics(candidates: Mapping[Role, Collection[str]]) -> dict[Role, set[str]]:
     """The candidates of one robot, for each role; all of them where there is one robot.
 

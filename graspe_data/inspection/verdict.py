@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from graspe_data.inspection.evidence import Evidence
 from graspe_data.inspection.roles import Role
+from graspe_data.inspection.several_robots import robot_namespaces
 from graspe_data.inspection.topic_choice import NEEDED
 from graspe_data.synchronisation.clocks import SECOND
 from graspe_data.synchronisation.findings import Finding
@@ -45,7 +46,11 @@ def verdict_of(evidence: Evidence) -> Verdict:
         lost = planned.plan.lost
         why = [f"no row of {sum(lost.values())} pictures: " + _lost(lost)]
         return Verdict(False, topics, tuple(why), (), 0, evidence.findings)
-    notes = [*_stand_ins(evidence), *([] if rows else _too_short(evidence))]
+    notes = [
+        *_other_robots(evidence),
+        *_stand_ins(evidence),
+        *([] if rows else _too_short(evidence)),
+    ]
     return Verdict(True, topics, (), tuple(notes), rows, evidence.findings)
 
 
@@ -73,6 +78,19 @@ def _missing(evidence: Evidence) -> list[str]:
         elif topic.undecodable >= topic.count or (topic.fault and topic.content is None):
             reasons.append(f"no message on {name} decodes: {topic.fault}")
     return reasons
+
+
+def _other_robots(evidence: Evidence) -> list[str]:
+    serving = {role: set(evidence.survey.serving(role)) for role in NEEDED}
+    spaces = ["/" + "/".join(space) for space in robot_namespaces(serving)]
+    image = evidence.choice.topics.get("image", "")
+    own = next((space for space in spaces if image.startswith(f"{space}/")), "")
+    if len(spaces) < 2:  # noqa: PLR2004
+        return []
+    return [
+        f"the recording holds {len(spaces)} robots, {', '.join(spaces)}: these are the topics of "
+        f"{own or 'none of them'}; give each robot a manifest of its own"
+    ]
 
 
 def _stand_ins(evidence: Evidence) -> list[str]:

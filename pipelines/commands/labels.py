@@ -111,6 +111,7 @@ def _percent(share: float | None) -> str:
 
 def _propose_one(recipe: DatasetRecipe, path: Path) -> str:
     digest = recording_digest(path)
+    recipe = recipe.for_recording(path.name)
     dataset = recipe.dataset
     with open_recording(path) as recording:
         synchronised = synchronise(recording, recipe.robot, dataset.clocks, dataset.synchronisation)

@@ -113,6 +113,7 @@ def render_recording(
         StageError: None of its clouds gives a map; the text has the first reason.
     """
     out.mkdir(parents=True, exist_ok=True)
+    recipe = recipe.for_recording(source.name)
     with open_recording(source) as recording:
         synchronised = synchronise(
             recording, recipe.robot, recipe.dataset.clocks, recipe.dataset.synchronisation

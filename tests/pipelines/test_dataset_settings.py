@@ -41,3 +41,17 @@ def test_a_missing_robot_names_those_that_ship(tmp_path: Path) -> None:
     path.write_text("name: x\nrobot: spott\n")
     with pytest.raises(ManifestError, match=r"no manifest 'spott'.*kitti_car, spot.*'spot'\?"):
         load_recipe(path)
+
+
+def test_clocks_may_differ_from_recording_to_recording(tmp_path: Path) -> None:
+    path = tmp_path / "dataset.yaml"
+    path.write_text(
+        "name: x\nrobot: spot\nrecording_clocks:\n"
+        "  - {recordings: [monday*], points: {offset_s: 0.5}}\n"
+        "  - {recordings: ['*'], points: {offset_s: measured}}\n"
+    )
+    recipe = load_recipe(path)
+    monday, other = (recipe.for_recording(name).robot for name in ("monday_1.bag", "sunday.bag"))
+    assert (monday.clocks.points.offset_s, other.clocks.points.offset_s) == (0.5, "measured")
+    assert monday.clocks.odometry == recipe.robot.clocks.odometry
+    assert recipe.robot.clocks.points.offset_s == 0.0
