@@ -87,10 +87,11 @@ def _other_robots(evidence: Evidence) -> list[str]:
     own = next((space for space in spaces if image.startswith(f"{space}/")), "")
     if len(spaces) < 2:  # noqa: PLR2004
         return []
-    return [
+    note = (
         f"the recording holds {len(spaces)} robots, {', '.join(spaces)}: these are the topics of "
         f"{own or 'none of them'}; give each robot a manifest of its own"
-    ]
+    )
+    return [note]
 
 
 def _stand_ins(evidence: Evidence) -> list[str]:
