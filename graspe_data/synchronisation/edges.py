@@ -63,7 +63,7 @@ def sort_edges(tracks: Sequence[EdgeTrack], unusable: Sequence[str] = ()) -> Edg
         if restless:
             moving[edge] = restless[-1]
         else:
-            fixed[edge] = tuple(found)
+            fixed[edge] = tuple(found) if _apart(found) <= _SAME else (found[-1],)
     dropped, told = _second_parents(fixed)
     kept = {edge: tracks for edge, tracks in fixed.items() if edge not in dropped}
     return Edges(kept, moving, (*findings, *told))

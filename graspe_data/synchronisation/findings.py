@@ -118,6 +118,11 @@ KINDS: Final[Mapping[str, Kind]] = {
     "two_parents": Kind(
         "noted", "a fixed frame with two parents", "the one published last counts, as in tf2"
     ),
+    "sensor_late": Kind(
+        "noted",
+        "how long after their stamps messages and pictures come, more than .25 s apart",
+        "stamps count as they are",
+    ),
     "edge_on_other_clock": Kind(
         "noted", "stamps of tf and of the camera", "the edge is left out in that stretch"
     ),

@@ -18,6 +18,7 @@ from graspe_data.synchronisation.motion_agreement import (
 
 _CLEARLY: Final = 0.5
 """One frame explains a twist better than the other if its error is less than half as large."""
+_NOTHING_M: Final = 1e-6
 _ASTRAY: Final = 0.05
 """An error of less than this share of the way tells no frame from another."""
 
@@ -75,11 +76,8 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
             f"{_ways(evidence)}: the {what} never filled; poses will be integrated from the twist"
         )
         return _mended("poses_never_filled", topic, text, evidence, "body", "integrated")
-    if evidence.telling and evidence.twist_constant and body > AGREES:
-        text = (
-            f"{_ways(evidence)}: the twist {'is empty' if told == 0 else 'never changes'}; "
-            f"velocities will be taken from the poses"
-        )
+    if evidence.telling and evidence.twist_constant and told < _NOTHING_M and body > AGREES:
+        text = f"{_ways(evidence)}: the twist is empty; velocities will be taken from the poses"
         return _mended("twist_never_filled", topic, text, evidence, "differentiated")
     if evidence.telling and in_fixed and turns:
         text = (
@@ -87,7 +85,7 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
             f"be turned into the body's"
         )
         return _mended("twist_in_fixed_frame", topic, text, evidence, "fixed")
-    if not turns and evidence.turn_constant:
+    if not turns and evidence.turn_constant and evidence.told_rad < _NOTHING_M:
         text = f"{_turns(evidence)}: the yaw rate is empty; velocities will be taken from the poses"
         return _mended("yaw_rate_never_filled", topic, text, evidence, "differentiated")
     return _contradiction(evidence, topic, told, posed, turns=turns)

@@ -105,9 +105,10 @@ def _jump_findings(stretches: Sequence[MotionSamples], robot: Robot, topic: str)
     if not leaps:
         return []
     way, seconds = _leap(*leaps[0])
+    often = "once," if len(leaps) == 1 else f"{len(leaps)} times, first"
     text = (
-        f"{topic}: the pose jumps {len(leaps)} times, first by {way:.2f} m in {seconds:.3f} s: a "
-        f"reset or a relocalisation; nothing is interpolated or differentiated across"
+        f"{topic}: the pose jumps {often} by {way:.2f} m in {seconds:.3f} s: a reset or a "
+        f"relocalisation; nothing is interpolated or differentiated across"
     )
     numbers = {"jumps": float(len(leaps)), "way_m": way, "time_s": seconds}
     return [Finding("pose_jumps", "mended", topic, text, numbers)]

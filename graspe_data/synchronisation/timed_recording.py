@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from graspe_data.synchronisation.timed_stretch import (
     time_stretch,
 )
 from graspe_data.synchronisation.tracks import EdgeTrack, Stamps, Tracks
+
+_LATE_S: Final = 0.25
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,8 @@ def time_recording(
     kept = _apart(stretches)
     faults = tuple(fault for _, fault in timed)
     told += _findings(kept, faults)
-    told += _measured_offsets(next(s for s in kept if s is not None), robot)
+    first = next(s for s in kept if s is not None)
+    told += [*_measured_offsets(first, robot), *_late_sensors(first)]
     return TimedRecording(tuple(kept), tuple(parts), faults, order, tuple(cuts))
 
 
@@ -135,6 +139,31 @@ def _findings(stretches: Sequence[TimedStretch | None], faults: Sequence[str]) -
         if fault
     ]
     return found
+
+
+def _late_sensors(stretch: TimedStretch) -> list[Finding]:
+    """Sensors whose messages come much later, or sooner, after their stamps than pictures do."""
+    camera = _least_s(stretch.tracks.image.bag_ns, stretch.image.stamps_ns)
+    bags = (
+        (stretch.tracks.points, stretch.points),
+        (stretch.odometry.stamps, stretch.odometry_time),
+    )
+    found = []
+    for track, time in bags:
+        apart = _least_s(track.bag_ns, time.stamps_ns) - camera
+        if abs(apart) > _LATE_S:
+            how = "later" if apart > 0 else "sooner"
+            text = (
+                f"{time.topic}: its messages come {abs(apart):.3f} s {how} after their stamps than "
+                f"pictures do: a slow driver, or a clock of its own. If it is the clock, set "
+                f"`offset_s: {apart:.3f}` (or `measured`) under `clocks` for this topic"
+            )
+            found.append(Finding("sensor_late", "noted", time.topic, text, {"late_s": apart}))
+    return found
+
+
+def _least_s(bag_ns: Stamps, stamps_ns: Stamps) -> float:
+    return float(np.min(bag_ns - stamps_ns)) / SECOND
 
 
 def _measured_offsets(stretch: TimedStretch, robot: Robot) -> list[Finding]:
