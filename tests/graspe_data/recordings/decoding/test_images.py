@@ -144,7 +144,9 @@ def test_a_jpeg_is_decoded_at_its_full_size(build_ros2: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "fault"),
     [
-        ({"encoding": "32FC1"}, "encoding '32FC1' is not supported"),
+        ({"encoding": "32UC1"}, "encoding '32UC1' is not supported"),
+        ({"encoding": "32FC1"}, "encoding '32FC1' holds a measure"),
+        ({"encoding": "16UC1"}, "Name the colour topic"),
         ({"step": 17}, "needs a step of at least 18 bytes"),
         ({"height": 6}, "found 90"),
         ({"width": 0}, "0x5 pixels"),
