@@ -180,7 +180,8 @@ def _seen(source: Intrinsics, rays: Floats) -> tuple[Floats, Floats]:
     else:
         seen, derivative = cv2.projectPoints(points, still, still, source.matrix, coefficients)
         shift = slice(3, 5)
-    return seen.reshape(-1, 2), np.asarray(derivative)[:, shift].reshape(-1, 2, 2)
+    pixels = np.asarray(seen, np.float64).reshape(-1, 2)
+    return pixels, np.asarray(derivative, np.float64)[:, shift].reshape(-1, 2, 2)
 
 
 def _maps(source: Intrinsics, target: Intrinsics) -> Maps:

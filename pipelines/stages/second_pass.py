@@ -52,7 +52,7 @@ class SecondPass:
         """Prepare the calibration and the rows that wait for each message.
 
         Raises:
-            RecordingError: Rows are wanted and there is no calibration.
+            RecordingError: Rows are wanted and there is no calibration, or none that can be undone.
         """
         self.recording, self.recipe, self.digest = recording, recipe, recording_digest
         self.synchronised, self.wanted = synchronised, wanted
@@ -203,7 +203,10 @@ class SecondPass:
     def _rectifier(self) -> Rectifier:
         image, tracks = self.recipe.dataset.image, self.synchronised.tracks
         intrinsics = camera_intrinsics(tracks, self.recipe.robot, self.recording.path)
-        return rectifier(intrinsics, (image.width, image.height))
+        try:
+            return rectifier(intrinsics, (image.width, image.height))
+        except ObservationError as error:
+            raise RecordingError(f"{self.recording.path}: {error}") from error
 
 
 _NOWHERE = Transform.identity()

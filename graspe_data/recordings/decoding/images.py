@@ -30,8 +30,8 @@ def decode_image(message: Any, message_type: str, topic: str) -> Picture:
 
     8UC3 and 8UC4 are taken as BGR and BGRA, OpenCV's order, as cv_bridge takes them. Sixteen bits
     become eight by rounding v / 257. Alpha is dropped. YUV is BT.601 of limited range. An EXIF
-    orientation is not applied: the calibration is that of the sensor's rows and columns. A mosaic in
-    a JPEG or PNG, as compressed_image_transport writes of a Bayer topic, is demosaiced.
+    orientation is not applied: the calibration is that of the sensor's rows and columns. A mosaic
+    in a JPEG or PNG, as compressed_image_transport writes of a Bayer topic, is demosaiced.
 
     Args:
         message: The message, with ROS's attributes.

@@ -19,7 +19,7 @@ class TransportFormat:
     """The parts of a format; empty where it does not say.
 
     ``encoding`` is that of the raw topic, or a codec where other writers give only that;
-    ``stored_as`` is that of the pixels in the file, ``depth`` tells compressed_depth_image_transport.
+    ``stored_as`` is that of the pixels in the file; ``depth`` tells a compressedDepth topic.
     """
 
     encoding: str

@@ -54,7 +54,9 @@ class VideoDecoder:
         self._closed, self._detail = BEFORE_KEY_FRAME, ""
         self._taken = 0
         self._pending: dict[int, tuple[VideoMessage, bool]] = {}
-        self._forget()
+        self._numbers = FrameNumbers()
+        self._pts: int | None = None
+        self._counts = self._reorders = False
 
     def take(self, message: Any, *, wanted: bool = True) -> list[Outcome]:
         """Take the next message; give the outcomes that are known by now, in any order.
@@ -70,13 +72,7 @@ class VideoDecoder:
         ordinal, self._taken = self._taken, self._taken + 1
         try:
             said = read_video_message(message, self._type, self._topic)
-            packet = read_packet(said.data, said.codec)
-            if packet is None:
-                raise RecordingError(
-                    f"{self._topic}: a packet of {len(said.data)} bytes without a start code "
-                    f"(00 00 01): only Annex B streams are read. Record with parameter sets in "
-                    f"the stream, or name another topic as `image`."
-                )
+            packet = self._packet(said)
         except RecordingError as error:
             return self._lose(ordinal, str(error))
         return list(self._take(ordinal, said, packet, wanted))
@@ -99,7 +95,8 @@ class VideoDecoder:
         if said.codec != self._codec:
             yield from self._close(BEFORE_KEY_FRAME, "")
             self._context, self._codec = _context(said.codec), said.codec
-            self._forget()
+            self._numbers, self._pts = FrameNumbers(), None
+            self._counts = self._reorders = False
         lost = self._lost(said, packet)
         if not packet.picture:
             shown = self._decode(ordinal, said.data)
@@ -123,6 +120,16 @@ class VideoDecoder:
             return
         yield from self._outcomes(frames)
 
+    def _packet(self, said: VideoMessage) -> Packet:
+        packet = read_packet(said.data, said.codec)
+        if packet is None:
+            raise RecordingError(
+                f"{self._place(said)}: a packet of {len(said.data)} bytes without a start code "
+                f"(00 00 01): only Annex B streams are read. Record with parameter sets in the "
+                f"stream, or name another topic as `image`."
+            )
+        return packet
+
     def _without(self, ordinal: int, said: VideoMessage) -> Outcome:
         detail = self._detail or f"{self._place(said)}: {self._closed}."
         return Outcome(ordinal, None, self._closed, detail)
@@ -143,11 +150,6 @@ class VideoDecoder:
             self._counts |= step == 1
         self._pts = said.pts
         return (self._codec == "h264" and self._numbers.lost(packet)) or gap
-
-    def _forget(self) -> None:
-        self._numbers = FrameNumbers()
-        self._pts: int | None = None
-        self._counts = self._reorders = False
 
     def _decode(self, ordinal: int, data: bytes | None) -> list[Any] | str:
         """The frames that come out, or the decoder's error; ``None`` drains it."""

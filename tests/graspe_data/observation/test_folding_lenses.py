@@ -61,8 +61,14 @@ ORDINARY = [
     (camera((800, 600), (538.63, 539.72, 457.7, 297.0), -0.30678, 0.0825, 0.00288, -1.6e-4), 1.0),
     (camera((640, 480), (568.19, 565.76, 355.42, 166.63), -0.513, 0.20375, -1e-4, 0.00126, 0), 1.0),
     (camera((640, 480), (580.47, 576.63, 315.27, 247.47), 0.13446, -0.3119, 0.0023, 0.00308), 1.02),
-    (camera((640, 480), (722.94, 726.0, 306.51, 263.8), 0.1097, -0.55673, -0.0019, 2.3e-4, 0), 1.01),
-    (camera((1280, 800), (415.13, 410.5, 665.52, 460.15), -0.0177, -0.00727, 0.00575, -1.4e-4), 1.0),
+    (
+        camera((640, 480), (722.94, 726.0, 306.51, 263.8), 0.1097, -0.55673, -0.0019, 2.3e-4, 0),
+        1.01,
+    ),
+    (
+        camera((1280, 800), (415.13, 410.5, 665.52, 460.15), -0.0177, -0.00727, 0.00575, -1.4e-4),
+        1.0,
+    ),
     (camera((1920, 1080), (987.14, 979.95, 976.47, 581.69), -0.28624, 0.06145, -8e-4, -1e-3), 1.0),
 ]
 
@@ -71,10 +77,11 @@ def seen(source: Intrinsics, rays: Floats) -> Floats:
     """OpenCV's own projection of rays (x / z, y / z)."""
     points, still = np.column_stack((rays, np.ones(len(rays))))[:, None], np.zeros(3)
     distortion = np.array(source.distortion)
-    project = cv2.projectPoints
     if source.distortion_model == "equidistant":
-        project = cv2.fisheye.projectPoints
-    return np.asarray(project(points, still, still, source.matrix, distortion)[0]).reshape(-1, 2)
+        pixels, _ = cv2.fisheye.projectPoints(points, still, still, source.matrix, distortion)
+    else:
+        pixels, _ = cv2.projectPoints(points, still, still, source.matrix, distortion)
+    return np.asarray(pixels, np.float64).reshape(-1, 2)
 
 
 def view(source: Intrinsics) -> Intrinsics:
@@ -93,7 +100,9 @@ def test_along_every_ray_from_the_middle_the_picture_goes_outwards(source: Intri
     rays = rays_of(view(source), 20)
     shares = np.linspace(0.02, 1, 50)
     middle = (source.cx, source.cy)
-    out = np.stack([np.linalg.norm(seen(source, rays * share) - middle, axis=1) for share in shares])
+    out = np.stack(
+        [np.linalg.norm(seen(source, rays * share) - middle, axis=1) for share in shares]
+    )
     far = np.linalg.norm(rays, axis=1) > 0.05
     assert (np.diff(out, axis=0)[:, far] > 0).all()
 
