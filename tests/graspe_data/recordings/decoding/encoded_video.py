@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-WIDTH, HEIGHT, STEP = 64, 48, 8
+WIDTH, HEIGHT, STEP, SHADES = 64, 48, 8, 30
 ENCODERS = {"h264": "libx264", "hevc": "libx265"}
 
 
@@ -38,9 +38,10 @@ def encode(
 
 
 def picture_frame(number: int) -> Any:
-    """A grey picture of brightness 8 x number with a bar that moves."""
-    rgb = np.full((HEIGHT, WIDTH, 3), STEP * number, np.uint8)
-    rgb[:8, : 2 * number] = 255 - STEP * number
+    """A grey picture of brightness 8 x (number mod 30) with a bar that moves."""
+    shade = STEP * (number % SHADES)
+    rgb = np.full((HEIGHT, WIDTH, 3), shade, np.uint8)
+    rgb[:8, : 2 * (number % SHADES)] = 255 - shade
     frame = av.VideoFrame.from_ndarray(rgb, format="rgb24")
     frame.pts = number
     return frame
