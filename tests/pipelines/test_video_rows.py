@@ -141,5 +141,5 @@ def test_a_lens_that_cannot_be_undone_refuses_the_recording(
     )
     camera = recipe.robot.camera.model_copy(update={"intrinsics": lens})
     robot = recipe.robot.model_copy(update={"camera": camera})
-    with pytest.raises(RecordingError, match="drive: Distortion plumb_bob .* folds back"):
+    with pytest.raises(RecordingError, match=r"drive: Distortion plumb_bob .* folds back"):
         shown(path, recipe.model_copy(update={"robot": robot}), tmp_path / "episode")

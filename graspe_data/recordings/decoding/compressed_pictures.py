@@ -153,7 +153,8 @@ def _unknown_format(content: bytes, format_text: str, where: str) -> RecordingEr
     if video_codec(format_text):
         return RecordingError(
             f"{where}: format {format_text!r} names a video, of which one message alone gives no "
-            f"picture. It begins with {found}. Read the topic through `picture_decoder`."
+            f"picture; it begins with {found}. A dataset build reads videos from their first "
+            f"message on; here, name a topic of pictures as `image`."
         )
     return RecordingError(
         f"{where}: neither a JPEG (ff d8 ff) nor a PNG (89 50 4e 47): it begins with {found}, and "
