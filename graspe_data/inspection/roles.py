@@ -13,6 +13,8 @@ Role = Literal[
 _ROLES: Final[Mapping[str, tuple[Role, ...]]] = {
     "sensor_msgs/msg/Image": ("image",),
     "sensor_msgs/msg/CompressedImage": ("image",),
+    "foxglove_msgs/msg/CompressedVideo": ("image",),
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": ("image",),
     "sensor_msgs/msg/PointCloud2": ("points",),
     "velodyne_msgs/msg/VelodyneScan": ("points",),
     "nav_msgs/msg/Odometry": ("odometry",),

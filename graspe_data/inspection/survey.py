@@ -117,7 +117,7 @@ class _Topic:
 
     def observe(self, message: Any) -> None:
         header = getattr(message, "header", None)
-        self.frame = self.frame or getattr(header, "frame_id", "")
+        self.frame = self.frame or getattr(header or message, "frame_id", "")
         if self.observer is not None:
             self.observer.observe(message)
 

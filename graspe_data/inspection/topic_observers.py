@@ -10,6 +10,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.errors import RecordingError
 from graspe_data.inspection.roles import Role
 from graspe_data.inspection.topic_content import (
     CalibrationContent,
@@ -22,9 +23,9 @@ from graspe_data.inspection.topic_content import (
     ScanContent,
 )
 from graspe_data.recordings.decoding import (
+    PictureDecoder,
     cloud_decoder,
     decode_calibration,
-    decode_image,
     decode_inertial,
     decode_motion,
     decode_scan,
@@ -76,16 +77,22 @@ class _Sampled:
 
 @dataclass
 class _Pictures(_Sampled):
+    """A video is taken from its beginning up to its first picture."""
+
     found: PictureContent | None = None
 
+    def __post_init__(self) -> None:
+        self.decoder = PictureDecoder(self.message_type, self.topic)
+
     def observe(self, message: Any) -> None:
-        if not self.due():
+        due = self.due()
+        if self.found is not None if self.decoder.needs_all else not due:
             return
-        height, width, _ = decode_image(message, self.message_type, self.topic).rgb.shape
-        encoding = getattr(message, "encoding", None)
-        if encoding is None:
-            encoding = "png" if bytes(message.data[:4]) == b"\x89PNG" else "jpeg"
-        self.found = self.found or PictureContent(width, height, encoding)
+        for outcome in self.decoder.take(message):
+            if outcome.picture is None:
+                raise RecordingError(outcome.detail or outcome.reason)
+            height, width, _ = outcome.picture.rgb.shape
+            self.found = self.found or PictureContent(width, height, _encoding(message))
 
     def content(self) -> PictureContent | None:
         return self.found
@@ -181,6 +188,15 @@ class _First:
 
     def content(self) -> Content | None:
         return self.found
+
+
+def _encoding(message: Any) -> str:
+    """The encoding of a raw picture or a packet, the kind of a file, the codec of a video."""
+    if hasattr(message, "encoding"):
+        return str(message.encoding)
+    if bytes(message.data[:3]) == b"\xff\xd8\xff":
+        return "jpeg"
+    return "png" if bytes(message.data[:4]) == b"\x89PNG" else str(message.format)
 
 
 def _widened(bounds: list[float], value: float | None) -> list[float]:

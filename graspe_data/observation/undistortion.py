@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 from graspe_data.errors import ObservationError
 from graspe_data.robot import Intrinsics
 
+Floats = NDArray[np.float64]
 Maps = tuple[NDArray[np.int16], NDArray[np.uint16]]
 
+# Near a fold a recorded pixel would be drawn out without end; here the view ends at 20 times.
+_LEAST_AREA = 0.05
+_ZOOMS = np.concatenate((np.linspace(1.0, 2.0, 101), np.linspace(2.01, 4.0, 200)))
 _OPENCV = (4, 5, 8, 12, 14)
 _COEFFICIENTS = {"plumb_bob": _OPENCV, "rational_polynomial": _OPENCV, "equidistant": (4,)}
 
@@ -58,7 +62,8 @@ def rectifier(intrinsics: Intrinsics, size: tuple[int, int] = (320, 240)) -> Rec
         size: (width, height) of the pictures that come out; both axes are scaled on their own.
 
     Raises:
-        ObservationError: The distortion has a number of coefficients its model does not know.
+        ObservationError: The distortion has a number of coefficients its model does not know, or
+            folds back so near the optical axis that no view is left.
     """
     flat, maps = intrinsics, None
     fisheye = intrinsics.distortion_model == "equidistant"
@@ -99,30 +104,84 @@ def _check_coefficients(intrinsics: Intrinsics) -> None:
 
 
 def _undistorted(source: Intrinsics) -> Intrinsics:
-    """The pinhole zoomed in just enough to keep every pixel in the recorded picture."""
+    """The pinhole zoomed in just enough to keep every pixel in the recorded picture.
+
+    Beyond the ray at which the distortion folds back, a polynomial shows the picture once more,
+    mirrored. The view ends before it.
+    """
     pinhole = source.model_copy(update={"distortion_model": "none", "distortion": ()})
-    for zoom in np.linspace(1.0, 2.0, 101):
+    unfolded = _unfolded(source, pinhole)
+    for zoom in _ZOOMS:
+        if zoom * unfolded < 1.0:
+            continue
         update = {"fx": source.fx * float(zoom), "fy": source.fy * float(zoom)}
         target = pinhole.model_copy(update=update)
         if _covers(source, target):
             return target
-    return pinhole
+    raise ObservationError(
+        f"Distortion {source.distortion_model} {list(source.distortion)} cannot be undone: "
+        f"{_why_not(source, pinhole, unfolded)}, and zooming in {_ZOOMS[-1]:.0f} times is not "
+        f"enough. Calibrate the camera again, as `equidistant` if its lens is wide, and give "
+        f"`camera.intrinsics` in the robot manifest."
+    )
+
+
+def _why_not(source: Intrinsics, pinhole: Intrinsics, unfolded: float) -> str:
+    if unfolded >= 1.0:
+        return f"a view of {source.width}x{source.height} pixels does not lie in the picture"
+    nearest = float(np.linalg.norm(_border_rays(pinhole), axis=1).min())
+    degrees = float(np.degrees(np.arctan(unfolded * nearest)))
+    return f"it folds back {degrees:.1f} degrees or less from the optical axis"
 
 
 def _covers(source: Intrinsics, target: Intrinsics) -> bool:
     """Tell whether the border of the target's picture lies within the source's."""
-    across, down = np.linspace(0, target.width - 1, 33), np.linspace(0, target.height - 1, 33)
-    border = [(u, v) for u in across for v in (0, target.height - 1)]
-    border += [(u, v) for u in (0, target.width - 1) for v in down]
-    rays = (np.array(border) - (target.cx, target.cy)) / (target.fx, target.fy)
-    coefficients = np.asarray(source.distortion, np.float64)
-    if source.distortion_model == "equidistant":
-        seen = cv2.fisheye.distortPoints(rays[:, None], source.matrix, coefficients)
-    else:
-        depth = np.column_stack((rays, np.ones(len(rays))))
-        seen, _ = cv2.projectPoints(depth, np.zeros(3), np.zeros(3), source.matrix, coefficients)
-    margin = seen.reshape(-1, 2) + 0.5
+    margin = _seen(source, _border_rays(target))[0] + 0.5
     return bool(np.all((margin >= 0) & (margin <= (source.width, source.height))))
+
+
+def _unfolded(source: Intrinsics, pinhole: Intrinsics) -> float:
+    """The share of the way from the axis to the pinhole's border at which nothing folds back.
+
+    Zooming in scales every ray alike, so one share holds for all zooms. The distortion folds where
+    the determinant of its derivative (the area that a pixel of the middle has there) comes down to
+    zero, or it turns a ray to the other side.
+    """
+    border = _border_rays(pinhole)
+    shares = np.linspace(0.0, 1.0, 401)[1:]
+    rays = (border[None] * shares[:, None, None]).reshape(-1, 2)
+    pixels, derivative = _seen(source, rays)
+    turned = (pixels - (source.cx, source.cy)) / (source.fx, source.fy)
+    area = np.linalg.det(derivative) / (source.fx * source.fy)
+    sound = (area > _LEAST_AREA) & ((turned * rays).sum(axis=1) > 0)
+    folded = np.flatnonzero(~sound.reshape(len(shares), -1).all(axis=1))
+    if not folded.size:
+        return 1.0
+    return float(shares[folded[0] - 1]) if folded[0] else 0.0
+
+
+def _border_rays(camera: Intrinsics) -> Floats:
+    """Rays (x / z, y / z) through the border of a pinhole's picture, (132, 2)."""
+    across, down = np.linspace(0, camera.width - 1, 33), np.linspace(0, camera.height - 1, 33)
+    border = [(u, v) for u in across for v in (0, camera.height - 1)]
+    border += [(u, v) for u in (0, camera.width - 1) for v in down]
+    return np.asarray((np.array(border) - (camera.cx, camera.cy)) / (camera.fx, camera.fy))
+
+
+def _seen(source: Intrinsics, rays: Floats) -> tuple[Floats, Floats]:
+    """Pixels (N, 2) at which a camera sees rays, and their derivative by the rays, (N, 2, 2)."""
+    coefficients, still = np.asarray(source.distortion, np.float64), np.zeros(3)
+    points = np.column_stack((rays, np.ones(len(rays))))
+    if source.distortion_model == "equidistant":
+        seen, derivative = cv2.fisheye.projectPoints(
+            points[:, None], still, still, source.matrix, coefficients
+        )
+        shift = slice(11, 13)
+    else:
+        seen, derivative = cv2.projectPoints(points, still, still, source.matrix, coefficients)
+        shift = slice(3, 5)
+    pixels = np.asarray(seen, np.float64).reshape(-1, 2)
+    return pixels, np.asarray(derivative, np.float64)[:, shift].reshape(-1, 2, 2)
 
 
 def _maps(source: Intrinsics, target: Intrinsics) -> Maps:

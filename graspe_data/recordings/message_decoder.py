@@ -8,10 +8,16 @@ from rosbags.typesys.store import Typestore
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.storage import Channel
-from graspe_data.recordings.message_types import begins_with_header, typestore_for, wire_layout
+from graspe_data.recordings.message_types import (
+    begins_with_header,
+    begins_with_stamp,
+    typestore_for,
+    wire_layout,
+)
 
 # ROS 1: seq u32, sec u32, nsec u32. CDR: four bytes of encapsulation, sec i32, nsec u32.
 ROS1_STAMP = Struct("<4xII")
+ROS1_BARE_STAMP = Struct("<II")
 CDR_STAMP = {0: Struct(">4xiI"), 1: Struct("<4xiI")}
 
 
@@ -40,6 +46,7 @@ class MessageDecoder:
             self._fault = str(error)
         else:
             self._has_header = begins_with_header(self._store, channel.message_type)
+            self._has_stamp = begins_with_stamp(self._store, channel.message_type)
 
     def decode(self, data: bytes | memoryview) -> object:
         """Decode a message; trailing bytes are ignored.
@@ -59,11 +66,15 @@ class MessageDecoder:
             ) from error
 
     def header_stamp_ns(self, data: bytes | memoryview) -> int | None:
-        """The stamp of the header by its place in the bytes; None where there is no header."""
-        if self._store is None or not self._has_header:
+        """The stamp of the header by its place in the bytes; None where there is no header.
+
+        A type that begins with a stamp in place of a header gives that.
+        """
+        if self._store is None or not (self._has_header or self._has_stamp):
             return None
-        ros1 = self._channel.encoding == "ros1"
-        layout = ROS1_STAMP if ros1 else CDR_STAMP.get(_byte_order(data))
+        ros1 = ROS1_STAMP if self._has_header else ROS1_BARE_STAMP
+        in_ros1 = self._channel.encoding == "ros1"
+        layout = ros1 if in_ros1 else CDR_STAMP.get(_byte_order(data))
         if layout is None or len(data) < layout.size:
             return None
         seconds, nanoseconds = layout.unpack_from(data)

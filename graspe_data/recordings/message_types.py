@@ -15,6 +15,7 @@ from rosbags.typesys.store import Typestore
 from graspe_data.errors import RecordingError
 
 HEADER = "std_msgs/msg/Header"
+TIME = "builtin_interfaces/msg/Time"
 TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*)*/(msg|srv|action)/[A-Za-z]\w*", re.ASCII)
 MAXIMUM_DEFINITION = 1 << 20
 MAXIMUM_ARRAY = 1 << 16
@@ -24,6 +25,13 @@ TRANSFORMS = "geometry_msgs/TransformStamped[] transforms\n"
 ADDED_TO_BOTH = {
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data\n",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nVelodynePacket[] packets\n",
+    "foxglove_msgs/msg/CompressedVideo": (
+        "builtin_interfaces/Time timestamp\nstring frame_id\nuint8[] data\nstring format\n"
+    ),
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": (
+        "std_msgs/Header header\nint32 width\nint32 height\nstring encoding\nuint64 pts\n"
+        "uint8 flags\nbool is_bigendian\nuint8[] data\n"
+    ),
 }
 ADDED_TO_ROS1 = {"tf2_msgs/msg/TFMessage": TRANSFORMS, "tf/msg/tfMessage": TRANSFORMS}
 
@@ -89,6 +97,13 @@ def begins_with_header(store: Typestore, message_type: str) -> bool:
     """Whether the first field of a type is a ``std_msgs/Header``."""
     fields = store.fielddefs[message_type][1]
     return bool(fields) and fields[0][1] == (Nodetype.NAME, HEADER)
+
+
+def begins_with_stamp(store: Typestore, message_type: str) -> bool:
+    """Whether a type has its stamp in place of a header, as Foxglove's types do."""
+    fields = store.fielddefs[message_type][1]
+    named = bool(fields) and fields[0][0] in ("timestamp", "stamp")
+    return named and fields[0][1] == (Nodetype.NAME, TIME)
 
 
 def wire_layout(store: Typestore, message_type: str) -> tuple[Any, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,9 @@ from graspe_data.observation.intensity_map import intensity_layers, store_layers
 from graspe_data.observation.observe_points import observe_points
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
-from graspe_data.recordings.decoding import decode_image
+from graspe_data.recordings.decoding import PictureDecoder
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.video import Outcome
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import Picture, PointCloud
@@ -51,7 +52,7 @@ class SecondPass:
         """Prepare the calibration and the rows that wait for each message.
 
         Raises:
-            RecordingError: Rows are wanted and there is no calibration.
+            RecordingError: Rows are wanted and there is no calibration, or none that can be undone.
         """
         self.recording, self.recipe, self.digest = recording, recipe, recording_digest
         self.synchronised, self.wanted = synchronised, wanted
@@ -62,6 +63,7 @@ class SecondPass:
             topics.image: _rows_by_ordinal(plan.image, wanted),
             topics.points: _rows_by_ordinal(plan.points, wanted),
         }
+        self._pictures = PictureDecoder(recording.topics[topics.image].message_type, topics.image)
         kind = recording.topics[topics.points].message_type
         self._decode_points = cloud_decoder(kind, topics.points, recipe.robot.lidar.model)
         self._settings = recipe.point_observation
@@ -89,41 +91,73 @@ class SecondPass:
         for row in np.flatnonzero(self.wanted & (plan.points < 0)).tolist():
             writer.write(row, self._point_columns(_NO_CLOUD, _NOWHERE))
         reasons: dict[int, str] = {}
-        ordinals = dict.fromkeys(self._waiting, -1)
-        for raw in self.recording.messages(list(self._waiting)) if self.wanted.any() else ():
-            ordinals[raw.topic] += 1
-            rows = self._waiting[raw.topic].get(ordinals[raw.topic])
-            if rows is None:
-                continue
-            values = self._decode(raw, ordinals[raw.topic])
+        for topic, rows, values in self._made() if self.wanted.any() else ():
             if isinstance(values, str):
                 reasons |= dict.fromkeys(rows, values)
                 continue
             for row in rows:
                 writer.write(row, values)
-            missing[raw.topic][rows] = False
+            missing[topic][rows] = False
         unmade = missing[topics.image] | missing[topics.points]
         if not (self.wanted & ~unmade).all():
             writer.keep(np.flatnonzero(self.wanted & ~unmade))
         return Counter(reasons.get(row, NOT_READ_AGAIN) for row in np.flatnonzero(unmade).tolist())
 
-    def _decode(self, raw: RawMessage, ordinal: int) -> Values | str:
-        """The columns that a message gives, or the reason why it gives none."""
-        picture = raw.topic == self.recipe.robot.topics.image
+    def _made(self) -> Iterator[tuple[str, list[int], Values | str]]:
+        """Topic, rows and columns of each message that rows wait for, or why there are none."""
+        image = self.recipe.robot.topics.image
+        ordinals = dict.fromkeys(self._waiting, -1)
+        for raw in self.recording.messages(list(self._waiting)):
+            ordinals[raw.topic] += 1
+            rows = self._waiting[raw.topic].get(ordinals[raw.topic])
+            if raw.topic == image:
+                yield from self._made_pictures(self._take_picture(raw, wanted=rows is not None))
+            elif rows is not None:
+                values = self._decode_cloud(raw, self._cloud_ns[ordinals[raw.topic]])
+                yield raw.topic, rows, values
+        yield from self._made_pictures(self._pictures.finish())
+
+    def _take_picture(self, raw: RawMessage, *, wanted: bool) -> list[Outcome]:
+        if not wanted and not self._pictures.needs_all:
+            self._pictures.skip()
+            return []
         try:
             message = self.recording.decode(raw)
-            if not picture:
-                cloud = self._decode_points(message)
-                placed = self._place(cloud, self._cloud_ns[ordinal])
-                return self._point_columns(placed.cloud, placed.base_from_lidar)
-            kind = self.recording.topics[raw.topic].message_type
-            return self._picture_columns(decode_image(message, kind, raw.topic))
-        except (RecordingError, ObservationError, GeometryError) as error:
-            what = "picture" if picture else "cloud"
-            reason = f"{what} {_FAULTS[type(error)]}"
-            if all(loss.topic != raw.topic for loss in self.losses):
-                self.losses.append(Loss(f"{reason}; the first: {error}", raw.topic))
-            return reason
+        except RecordingError as error:
+            return self._pictures.lose(str(error))
+        return self._pictures.take(message, wanted=wanted)
+
+    def _made_pictures(
+        self, outcomes: list[Outcome]
+    ) -> Iterator[tuple[str, list[int], Values | str]]:
+        topic = self.recipe.robot.topics.image
+        for outcome in outcomes:
+            rows = self._waiting[topic].get(outcome.ordinal)
+            if rows is None:
+                continue
+            if outcome.picture is None:
+                yield topic, rows, self._lost(topic, outcome.reason, outcome.detail)
+                continue
+            try:
+                values = self._picture_columns(outcome.picture)
+            except tuple(_FAULTS) as error:
+                values = self._lost(topic, f"picture {_FAULTS[type(error)]}", str(error))
+            yield topic, rows, values
+
+    def _decode_cloud(self, raw: RawMessage, time_ns: int) -> Values | str:
+        """The columns that a cloud gives, or the reason why it gives none."""
+        try:
+            cloud = self._decode_points(self.recording.decode(raw))
+            placed = self._place(cloud, time_ns)
+            return self._point_columns(placed.cloud, placed.base_from_lidar)
+        except tuple(_FAULTS) as error:
+            return self._lost(raw.topic, f"cloud {_FAULTS[type(error)]}", str(error))
+
+    def _lost(self, topic: str, reason: str, detail: str) -> str:
+        """Keep the first fault of a topic, and give the reason."""
+        if all(loss.topic != topic for loss in self.losses):
+            self.losses.append(Loss(f"{reason}; the first: {detail}", topic))
+        return reason
 
     def _picture_columns(self, picture: Picture) -> Values | str:
         if self.rectifier is None:
@@ -169,7 +203,10 @@ class SecondPass:
     def _rectifier(self) -> Rectifier:
         image, tracks = self.recipe.dataset.image, self.synchronised.tracks
         intrinsics = camera_intrinsics(tracks, self.recipe.robot, self.recording.path)
-        return rectifier(intrinsics, (image.width, image.height))
+        try:
+            return rectifier(intrinsics, (image.width, image.height))
+        except ObservationError as error:
+            raise RecordingError(f"{self.recording.path}: {error}") from error
 
 
 _NOWHERE = Transform.identity()

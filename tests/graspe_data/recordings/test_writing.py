@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from graspe_data.errors import RecordingError
@@ -105,3 +106,19 @@ def test_memory_holds_one_chunk_not_the_recording(
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert peak < single(path).stat().st_size / 2
+
+
+@pytest.mark.parametrize(("container", "name"), [("bag", "a.bag"), ("db3", "a"), ("mcap", "a")])
+def test_a_type_that_begins_with_its_stamp_has_it_read(
+    tmp_path: Path, container: Any, name: str
+) -> None:
+    classes: Any = message_classes()
+    stamp = classes["builtin_interfaces/msg/Time"](7, 9)
+    video = classes["foxglove_msgs/msg/CompressedVideo"](stamp, "eye", np.zeros(3, "u1"), "h264")
+    clock = classes["rosgraph_msgs/msg/Clock"](stamp)
+    with RecordingWriter(tmp_path / name, container) as writer:
+        writer.write("/video", video, 1)
+        writer.write("/clock", clock, 2)
+    with open_recording(tmp_path / name) as recording:
+        found = {raw.topic: recording.header_stamp_ns(raw) for raw in recording.messages()}
+    assert found == {"/video": 7_000_000_009, "/clock": None}

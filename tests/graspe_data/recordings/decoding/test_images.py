@@ -90,6 +90,124 @@ def test_a_bayer_mosaic_of_one_colour_gives_that_colour(
     assert (decode_image(message, IMAGE, "/camera").rgb == (RED, GREEN, BLUE)).all()
 
 
+LEFT, RIGHT = (200, 40, 20), (20, 60, 180)
+SCENE = np.full((64, 96, 3), LEFT, np.uint8)
+SCENE[:, 48:] = RIGHT
+
+
+def mosaic_of(scene: NDArray[np.uint8], pattern: str) -> NDArray[np.uint8]:
+    channels = np.array(["rgb".index(letter) for letter in pattern]).reshape(2, 2)
+    rows, columns = np.mgrid[: scene.shape[0], : scene.shape[1]]
+    return np.take_along_axis(scene, channels[rows % 2, columns % 2][..., None], axis=2)[..., 0]
+
+
+def sides(rgb: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """The mean colours left and right of the edge, (2, 3)."""
+    means = [rgb[8:-8, 8:40].mean((0, 1)), rgb[8:-8, 56:-8].mean((0, 1))]
+    return np.rint(means).astype(np.int64)
+
+
+@pytest.mark.parametrize("stored", ["", " bayer_{pattern}{bits}"])
+@pytest.mark.parametrize(("suffix", "bits"), [(".jpg", 8), (".jpg", 16), (".png", 8), (".png", 16)])
+@pytest.mark.parametrize("pattern", ["rggb", "bggr", "gbrg", "grbg"])
+def test_a_mosaic_in_a_file_is_demosaiced(
+    build: Any, pattern: str, suffix: str, bits: int, stored: str
+) -> None:
+    mosaic: NDArray[Any] = mosaic_of(SCENE, pattern)
+    if (suffix, bits) == (".png", 16):
+        mosaic = mosaic.astype(np.uint16) * 257
+    codec = {".jpg": "jpeg", ".png": "png"}[suffix]
+    said = f"bayer_{pattern}{bits}; {codec} compressed" + stored.format(pattern=pattern, bits=bits)
+    data = cv2.imencode(suffix, mosaic, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    for form in (said, said + " "):
+        rgb = decode_image(build.compressed(data, form), COMPRESSED, "/camera").rgb
+        assert rgb.shape == SCENE.shape
+        assert np.abs(sides(rgb) - (LEFT, RIGHT)).max() <= (0 if suffix == ".png" else 3)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+@pytest.mark.parametrize(
+    "form",
+    [
+        "bayer_rggb8; jpeg compressed bgr8",
+        "bayer_rggb8; jpeg compressed ",
+        "bayer_gbrg16; png compressed bgr16",
+        "rgb8; jpeg compressed bgr8",
+        "rgb8; png compressed bgr8",
+        "bgr8; jpeg compressed bgr8",
+        "rgba8; png compressed bgr8",
+        "yuv422; jpeg compressed bgr8",
+        "jpeg",
+    ],
+)
+def test_a_file_in_colour_is_shown_as_it_is(build_ros2: Any, suffix: str, form: str) -> None:
+    data = cv2.imencode(suffix, SCENE[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
+    rgb = decode_image(build_ros2.compressed(data, form), COMPRESSED, "/camera").rgb
+    assert np.abs(sides(rgb) - (LEFT, RIGHT)).max() <= 3
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "mono8; jpeg compressed ",
+        "mono8; jpeg compressed mono8",
+        "mono16; jpeg compressed mono8",
+        "bayer_rggb8; jpeg compressed mono8",
+        "8UC1; png compressed ",
+        "rgb8; jpeg compressed bgr8",
+        "jpeg",
+        "",
+    ],
+)
+def test_a_grey_file_that_is_no_mosaic_stays_grey(build_ros2: Any, form: str) -> None:
+    data = cv2.imencode(".png", GRAY)[1].tobytes()
+    rgb = decode_image(build_ros2.compressed(data, form), COMPRESSED, "/camera").rgb
+    assert np.array_equal(rgb, np.dstack([GRAY] * 3))
+
+
+def test_a_grey_file_that_is_said_to_hold_colour_of_a_mosaic_is_refused(build_ros2: Any) -> None:
+    data = cv2.imencode(".png", GRAY)[1].tobytes()
+    message = build_ros2.compressed(data, "bayer_rggb8; jpeg compressed bgr8")
+    with pytest.raises(RecordingError, match="the file has one channel"):
+        decode_image(message, COMPRESSED, "/camera")
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "16UC1; png compressed ",
+        "16UC1; png compressed mono16",
+        "16UC1; jpeg compressed ",
+        "32FC1; png compressed ",
+        "16UC1; compressedDepth png",
+        "32FC1; compressedDepth",
+        "mono16; compressedDepth png",
+        "16UC1",
+        "png",
+        "",
+    ],
+)
+def test_depth_of_sixteen_bits_is_no_picture(build_ros2: Any, form: str) -> None:
+    data = cv2.imencode(".png", np.full((6, 8), 2500, np.uint16))[1].tobytes()
+    with pytest.raises(RecordingError, match="Name the colour topic of this camera"):
+        decode_image(build_ros2.compressed(data, form), COMPRESSED, "/depth")
+
+
+@pytest.mark.parametrize("form", ["mono16; png compressed ", "mono16; png compressed mono16"])
+def test_a_grey_picture_of_sixteen_bits_is_told_by_its_encoding(build_ros2: Any, form: str) -> None:
+    grey = GRAY.astype(np.uint16) * 257
+    data = cv2.imencode(".png", grey)[1].tobytes()
+    rgb = decode_image(build_ros2.compressed(data, form), COMPRESSED, "/camera").rgb
+    assert np.array_equal(rgb, np.dstack([GRAY] * 3))
+
+
+def test_colour_of_sixteen_bits_needs_no_format(build_ros2: Any) -> None:
+    data = cv2.imencode(".png", TRUTH[..., ::-1].astype(np.uint16) * 257)[1].tobytes()
+    for form in ("rgb16; png compressed bgr16", "png", ""):
+        rgb = decode_image(build_ros2.compressed(data, form), COMPRESSED, "/camera").rgb
+        assert np.array_equal(rgb, TRUTH)
+
+
 @pytest.mark.parametrize(
     ("encoding", "order"),
     [("yuv422", "uyvy"), ("uyvy", "uyvy"), ("yuv422_yuy2", "yuyv"), ("yuyv", "yuyv")],
@@ -144,7 +262,9 @@ def test_a_jpeg_is_decoded_at_its_full_size(build_ros2: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "fault"),
     [
-        ({"encoding": "32FC1"}, "encoding '32FC1' is not supported"),
+        ({"encoding": "32UC1"}, "encoding '32UC1' is not supported"),
+        ({"encoding": "32FC1"}, "encoding '32FC1' holds a measure"),
+        ({"encoding": "16UC1"}, "Name the colour topic"),
         ({"step": 17}, "needs a step of at least 18 bytes"),
         ({"height": 6}, "found 90"),
         ({"width": 0}, "0x5 pixels"),
