@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.manifest import Settings
+
+BY_LIDAR: Final = "lidar"
 
 Positive = Annotated[float, Field(gt=0)]
 Vector3 = tuple[float, float, float]
@@ -20,6 +22,7 @@ class Topics(Settings):
     image: str
     points: str
     odometry: str
+    """``lidar`` where it is made from the clouds, see ``Robot.odometry``."""
     camera_info: str | None = None
     command: str | None = None
     imu: str | None = None
@@ -143,6 +146,9 @@ class Robot(Settings):
     topics: Topics
     base_frame: str = "base_link"
     odometry_frame: str = "odom"
+    odometry: Literal["topic", "lidar"] = "topic"
+    """``lidar`` makes odometry from the clouds by KISS-ICP, for recordings that have none;
+    ``topics.odometry`` is then left out."""
     odometry_velocity: Literal["checked", "body", "fixed", "differentiated"] = "checked"
     """What velocities are taken from: ``checked`` holds twist and poses against each other and
     decides; ``body`` and ``fixed`` take the twist as given in the body's or in the odometry frame;
@@ -154,3 +160,24 @@ class Robot(Settings):
     clocks: Clocks = Clocks()
     limits: Limits
     footprint: Footprint
+
+    @model_validator(mode="before")
+    @classmethod
+    def _odometry_by_lidar(cls, content: Any) -> Any:
+        """``odometry: lidar`` and ``topics: {odometry: lidar}`` say the same."""
+        topics = content.get("topics") if isinstance(content, dict) else None
+        if not isinstance(topics, dict):
+            return content
+        if BY_LIDAR not in (content.get("odometry"), topics.get("odometry")):
+            return content
+        if topics.get("odometry") not in (None, BY_LIDAR):
+            raise ValueError(
+                f"odometry: lidar makes it from the clouds, and topics.odometry names "
+                f"{topics['odometry']}: leave one of them out"
+            )
+        return {**content, "odometry": BY_LIDAR, "topics": {**topics, "odometry": BY_LIDAR}}
+
+    @property
+    def by_lidar(self) -> bool:
+        """Whether odometry is made from the clouds."""
+        return self.odometry == BY_LIDAR

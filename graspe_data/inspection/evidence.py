@@ -18,14 +18,18 @@ from graspe_data.inspection.topic_choice import (
 )
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Camera, Footprint, Intrinsics, Lidar, Limits, Mounting, Robot, Topics
+from graspe_data.synchronisation.camera_agreement import is_body_frame, likely_optical
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.first_pass import read_tracks
 from graspe_data.synchronisation.motion_samples import MotionSamples, motion_samples
 from graspe_data.synchronisation.odometry_from_tf import moving_edge, odometry_from_tf
 from graspe_data.synchronisation.row_plan import SynchronisationSettings
-from graspe_data.synchronisation.synchronised import SynchronisedRecording, synchronise_tracks
+from graspe_data.synchronisation.synchronised import (
+    SynchronisedRecording,
+    read_all_tracks,
+    synchronise_tracks,
+)
 from graspe_data.synchronisation.tracks import MotionTrack, Tracks
 from graspe_data.synchronisation.transform_buffer import MovingEdge, TransformBuffer
 
@@ -83,11 +87,12 @@ def gather_evidence(
     """
     choice = guessed_topics(survey) if robot is None else declared_topics(robot)
     nothing = TransformBuffer({})
-    if not all(choice.topics.get(role) in recording.topics for role in NEEDED):
+    needed = NEEDED[:2] if robot is not None and robot.by_lidar else NEEDED
+    if not all(choice.topics.get(role) in recording.topics for role in needed):
         return Evidence(survey, choice, robot, robot is None, nothing)
-    asked = robot or _first_draft(choice)
+    asked, told = robot or _first_draft(choice), list[Finding]()
     try:
-        tracks = read_tracks(recording, asked)
+        tracks = read_all_tracks(recording, asked, told)
     except RecordingError as error:
         return Evidence(survey, choice, asked, robot is None, nothing, fault=str(error))
     transforms = plain_transforms(tracks)
@@ -102,6 +107,7 @@ def gather_evidence(
             robot is None,
             transforms,
             tracks=tracks,
+            findings=tuple(told),
             placeholders=placeholders,
         ),
         asked,
@@ -132,7 +138,7 @@ def _one_sample(odometry: MotionTrack) -> MovingEdge:
 def _asked(
     evidence: Evidence, robot: Robot, tracks: Tracks, settings: SynchronisationSettings
 ) -> Evidence:
-    told: list[Finding] = []
+    told = list(evidence.findings)
     changes: dict[str, object] = {}
     try:
         planned = synchronise_tracks(tracks, robot, ClockSettings(), settings, told)
@@ -164,6 +170,9 @@ def _second_draft(
     """With limits by what was driven, and stand-ins for what nothing tells."""
     base = _base_frame(draft, tracks, transforms)
     camera, lidar, stand_ins = Camera(), Lidar(), set[str]()
+    optical = _optical_frame(base, tracks.image_frame, transforms)
+    if optical is not None:
+        camera = Camera(frame=optical)
     if not transforms.connects(base, tracks.image_frame) or not transforms.is_fixed(
         base, tracks.image_frame
     ):
@@ -179,6 +188,17 @@ def _second_draft(
     update = {"base_frame": base, "camera": camera, "lidar": lidar}
     placed = draft.model_copy(update=update)
     return placed.model_copy(update={"limits": _limits(placed, tracks)}), frozenset(stand_ins)
+
+
+def _optical_frame(base: str, frame: str, transforms: TransformBuffer) -> str | None:
+    """The optical frame to take in place of a camera's body frame; None where that is none."""
+    if not transforms.connects(base, frame) or not transforms.is_fixed(base, frame):
+        return None
+    if not is_body_frame(transforms.changes(base, frame)[-1][1].rotation):
+        return None
+    likely = likely_optical(frame, transforms.frames)
+    fixed = likely is not None and transforms.connects(base, likely)
+    return likely if fixed and likely and transforms.is_fixed(base, likely) else None
 
 
 def _base_frame(draft: Robot, tracks: Tracks, transforms: TransformBuffer) -> str:

@@ -26,6 +26,10 @@ def camera_lines(evidence: Evidence, *, resolve: bool) -> Lines:
     yield ManifestLine(0, "camera")
     yield from _intrinsics(evidence, resolve=resolve)
     yield from _mounting(evidence, "image", "of the optical frame, z forward", resolve=resolve)
+    optical = None if evidence.robot is None else evidence.robot.camera.frame
+    if optical is not None:
+        note = "guess: the pictures' own frame is no optical frame"
+        yield ManifestLine(1, "frame", optical, note)
     image = evidence.topic("image")
     if image is not None:
         rectified = "rect" in image.info.name.replace("unrect", "").lower()
@@ -81,7 +85,9 @@ def _numbers(intrinsics: Intrinsics, note: str) -> Lines:
 
 def _mounting(evidence: Evidence, role: Role, hint: str, *, resolve: bool) -> Lines:
     topic, base = evidence.topic(role), evidence.base_frame
+    optical = None if evidence.robot is None else evidence.robot.camera.frame
     frame = "" if topic is None else plain_frame(topic.frame)
+    frame = optical if role == "image" and optical else frame
     placed = None if topic is None else fixed_transform(evidence, base, frame)
     if placed is not None and not (role == "points" and frame == base):
         yield from _found_mounting(placed, frame, base, resolve=resolve)

@@ -39,7 +39,7 @@ def declared_topics(robot: Robot) -> TopicChoice:
     declared: dict[Role, str | None] = {
         "image": robot.topics.image,
         "points": robot.topics.points,
-        "odometry": robot.topics.odometry,
+        "odometry": None if robot.by_lidar else robot.topics.odometry,
         "camera_info": robot.topics.camera_info,
         "command": robot.topics.command,
         "imu": robot.topics.imu,

@@ -61,7 +61,8 @@ def _lost(lost: Mapping[str, int]) -> str:
 def _missing(evidence: Evidence) -> list[str]:
     reasons = []
     survey, choice = evidence.survey, evidence.choice
-    for role in NEEDED:
+    by_lidar = evidence.robot is not None and evidence.robot.by_lidar
+    for role in NEEDED[:2] if by_lidar else NEEDED:
         name = choice.topics.get(role)
         topic = survey.topics.get(name or "")
         serves = topic is not None and (

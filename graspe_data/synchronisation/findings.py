@@ -64,6 +64,11 @@ KINDS: Final[Mapping[str, Kind]] = {
     "no_poses": Kind(
         "mended", "a twist alone (TwistStamped)", "poses are integrated from the twist"
     ),
+    "odometry_by_lidar": Kind(
+        "mended",
+        "a recording without odometry, under `odometry: lidar`",
+        "poses are made from the clouds by KISS-ICP, velocities fitted to them",
+    ),
     "pose_jumps": Kind(
         "mended",
         "successive poses further apart than twice the limits allow",
@@ -131,6 +136,22 @@ KINDS: Final[Mapping[str, Kind]] = {
         "noted",
         "odometry of a frame that nothing connects to the base",
         "it is taken to be the base",
+    ),
+    "camera_size": Kind(
+        "refused",
+        "the size of the pictures and that of their CameraInfo",
+        "refused; how to scale it is told",
+    ),
+    "camera_frame": Kind(
+        "noted", "the frame of the pictures and that of their CameraInfo", "the pictures' counts"
+    ),
+    "camera_name": Kind(
+        "noted", "the names of an image topic and its CameraInfo", "the manifest counts"
+    ),
+    "optical_frame": Kind(
+        "refused",
+        "a camera's frame with z up, as a body's, where an optical one has y down",
+        "refused; the optical frame is proposed",
     ),
     "stretch_without_rows": Kind(
         "noted", "a stretch that lacks a sensor or whose clocks are unrelated", "it makes no rows"

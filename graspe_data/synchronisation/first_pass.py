@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import plain_frame
 from graspe_data.recordings.decoding import (
     decode_calibration,
+    decode_image,
     decode_inertial,
     decode_motion,
     decode_transforms,
 )
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.robot import Robot, Topics
+from graspe_data.robot import BY_LIDAR, Robot, Topics
 from graspe_data.sensor_data import CameraCalibration, Motion
 from graspe_data.synchronisation.collectors import Collector
 from graspe_data.synchronisation.tracks import InertialTrack, MotionTrack, Tracks
@@ -47,20 +49,21 @@ class _Pass:
     def __init__(self, recording: Recording, robot: Robot) -> None:
         self.recording, self.robot = recording, robot
         topics = robot.topics
-        self.by_tf = recording.topics[topics.odometry].message_type in TF_TYPES
+        self.by_tf = not robot.by_lidar and _is_tf(recording, topics.odometry)
         widths = {
             topics.image: 0,
             topics.points: 0,
             topics.command: _MOTION_WIDTH,
             topics.imu: _INERTIAL_WIDTH,
         }
-        if not self.by_tf:
+        if not (self.by_tf or robot.by_lidar):
             widths[topics.odometry] = _MOTION_WIDTH
         self.sensors = {topic: Collector(width) for topic, width in widths.items() if topic}
         self.frames: dict[str, str] = {}
         self.child_frames: dict[str, str] = {}
         self.edges = EdgeReader(_known_frames(robot))
         self.calibration: CameraCalibration | None = None
+        self.picture_size: tuple[int, int] | None = None
         self.broken: Counter[str] = Counter()
         self.faults: dict[str, str] = {}
 
@@ -100,8 +103,19 @@ class _Pass:
             raise RecordingError(f"{len(raw.data)} bytes hold no header stamp.")
         self.sensors[raw.topic].add(stamp_ns, raw)
         if raw.topic not in self.frames:
-            header = getattr(self.recording.decode(raw), "header", None)
+            message: Any = self.recording.decode(raw)
+            header = getattr(message, "header", message)
             self._note_frame(raw.topic, getattr(header, "frame_id", ""))
+            if raw.topic == self.robot.topics.image:
+                self.picture_size = self._size_of(message, raw.topic)
+
+    def _size_of(self, message: Any, topic: str) -> tuple[int, int] | None:
+        kind = self.recording.topics[topic].message_type
+        try:
+            height, width, _ = decode_image(message, kind, topic).rgb.shape
+        except RecordingError:
+            return None
+        return width, height
 
     def _note_frame(self, topic: str, frame: str) -> None:
         self.frames.setdefault(topic, plain_frame(frame))
@@ -110,8 +124,9 @@ class _Pass:
     def _take_calibration(self, raw: RawMessage) -> None:
         if self.calibration is None:
             rectified = self.robot.camera.rectified
-            message = self.recording.decode(raw)
+            message: Any = self.recording.decode(raw)
             self.calibration = decode_calibration(message, raw.topic, rectified=rectified)
+            self.frames.setdefault(raw.topic, plain_frame(message.header.frame_id))
 
     def _add_inertial(self, raw: RawMessage) -> None:
         sample = decode_inertial(self.recording.decode(raw), raw.topic)
@@ -136,7 +151,7 @@ class _Pass:
         topics = self.robot.topics
         edges, odometry = self.edges.tracks(), self._motion(topics.odometry)
         empty = [name for name in (topics.image, topics.points) if not self.sensors[name].bag]
-        if odometry is None and not (self.by_tf and edges):
+        if odometry is None and not (self.robot.by_lidar or (self.by_tf and edges)):
             empty.append(topics.odometry)
         if empty:
             raise RecordingError(self._empty(empty))
@@ -151,6 +166,8 @@ class _Pass:
             image_frame=self.frames.get(topics.image, ""),
             points_frame=self.frames.get(topics.points, ""),
             losses=self._losses(),
+            camera_info_frame=self.frames.get(topics.camera_info or "", ""),
+            picture_size=self.picture_size,
             unusable_edges=self.edges.faults(),
         )
 
@@ -201,10 +218,16 @@ def _known_frames(robot: Robot) -> list[str]:
     return [frame for frame in named if frame]
 
 
+def _is_tf(recording: Recording, topic: str) -> bool:
+    return recording.topics[topic].message_type in TF_TYPES
+
+
 def _require_topics(recording: Recording, topics: Topics) -> None:
     if not recording.topics:
         raise RecordingError(f"{recording.path}: no messages.")
     needed = {"image": topics.image, "points": topics.points, "odometry": topics.odometry}
+    if topics.odometry == BY_LIDAR:
+        del needed["odometry"]
     missing = [f"{use} {name}" for use, name in needed.items() if name not in recording.topics]
     if missing:
         present = ", ".join(f"{t.name} [{t.message_type}]" for t in recording.topics.values())

@@ -10,12 +10,14 @@ import numpy as np
 from graspe_data.observation.odometry_series import PoseSeries
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Robot
+from graspe_data.synchronisation.camera_check import check_camera
 from graspe_data.synchronisation.clocks import ClockSettings, Timeline
 from graspe_data.synchronisation.command_agreement import check_commands
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.first_pass import read_tracks
 from graspe_data.synchronisation.odometry import build_odometry, child_from_base
+from graspe_data.synchronisation.odometry_by_lidar import with_lidar_odometry
 from graspe_data.synchronisation.placement import Placement
 from graspe_data.synchronisation.recording_transforms import recording_transforms
 from graspe_data.synchronisation.row_plan import (
@@ -86,7 +88,18 @@ def synchronise(
             there is no odometry, or nothing tells where a sensor is or how the camera sees.
     """
     told = findings if findings is not None else []
-    return synchronise_tracks(read_tracks(recording, robot), robot, clocks, settings, told)
+    tracks = read_all_tracks(recording, robot, told)
+    return synchronise_tracks(tracks, robot, clocks, settings, told)
+
+
+def read_all_tracks(recording: Recording, robot: Robot, told: list[Finding]) -> Tracks:
+    """Read the tracks of a recording; of one without odometry, make it from the clouds.
+
+    Raises:
+        RecordingError: As ``read_tracks``; or KISS-ICP is not installed.
+    """
+    tracks = read_tracks(recording, robot)
+    return with_lidar_odometry(recording, tracks, robot, told) if robot.by_lidar else tracks
 
 
 def synchronise_tracks(
@@ -104,6 +117,7 @@ def synchronise_tracks(
     placement = Placement(robot, transforms)
     placement.check(tracks.image_frame, tracks.points_frame)
     told += placement.findings(tracks.image_frame, tracks.points_frame)
+    told += check_camera(tracks, placement)
     stretches = whole.timed
     odometry = build_odometry(
         [stretch.samples for stretch in stretches],

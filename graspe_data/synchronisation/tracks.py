@@ -139,5 +139,8 @@ class Tracks:
     image_frame: str
     points_frame: str
     losses: tuple[Loss, ...]
+    camera_info_frame: str = ""
+    picture_size: tuple[int, int] | None = None
+    """Width and height of the first picture; None of a video, or where it does not decode."""
     unusable_edges: tuple[str, ...] = ()
     """What was skipped of tf: the edge, how often, and why."""

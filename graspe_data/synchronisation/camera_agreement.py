@@ -14,10 +14,10 @@ from graspe_data.geometry import plain_frame
 from graspe_data.robot import Intrinsics
 from graspe_data.synchronisation.findings import Finding
 
-SIZE: Final = "camera size"
-FRAME: Final = "camera frame"
-OPTICAL: Final = "optical frame"
-NAME: Final = "camera name"
+SIZE: Final = "camera_size"
+FRAME: Final = "camera_frame"
+OPTICAL: Final = "optical_frame"
+NAME: Final = "camera_name"
 # Shares of an axis that point down or up: a camera that looks 70 degrees down has y down by .34.
 _ASKEW: Final = 0.3
 _CLEAR: Final = 0.5
@@ -187,7 +187,7 @@ def _axes(
     if down > _ASKEW and up < down:
         text = f"Frame '{frame}' is an optical frame: its y points down within {_degrees(down)}."
         return Finding(OPTICAL, "agrees", where, text, numbers)
-    if up > _CLEAR and abs(down) <= _CLEAR:
+    if is_body_frame(rotation):
         text = (
             f"Frame '{frame}' is no optical frame: its z points up within {_degrees(up)}, as a "
             f"body's does; an optical frame has z ahead and y down. {_proposal(frame, frames)}"
@@ -208,15 +208,25 @@ def _axes(
     return Finding(OPTICAL, "noted", where, text, numbers)
 
 
-def _proposal(frame: str, frames: Collection[str]) -> str:
+def likely_optical(frame: str, frames: Collection[str]) -> str | None:
+    """The frame named as optical that is most like a camera's; None where none is."""
     optical = sorted(name for name in map(plain_frame, frames) if "optical" in name.lower())
     optical = [name for name in optical if name != frame]
-    if not optical:
+    return min(optical, key=lambda name: _unlikeness(name, frame), default=None)
+
+
+def is_body_frame(rotation: NDArray[np.float64]) -> bool:
+    """Whether a frame, turned so (3, 3) in the base, has z up as a body's, and not y down."""
+    return float(rotation[2, 2]) > _CLEAR and abs(float(rotation[2, 1])) <= _CLEAR
+
+
+def _proposal(frame: str, frames: Collection[str]) -> str:
+    likely = likely_optical(frame, frames)
+    if likely is None:
         return (
             "No frame of the recording is named as optical: give `camera.mounting` in the robot "
             "manifest, or set `camera.frame` to the camera's optical frame."
         )
-    likely = min(optical, key=lambda name: _unlikeness(name, frame))
     return f"Set `camera.frame: {likely}`."
 
 

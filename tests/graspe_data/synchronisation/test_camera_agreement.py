@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graspe_data.geometry import rotation_from_rpy
-from graspe_data.inspection.camera_agreement import Calibrated, Pictures, camera_findings
 from graspe_data.robot import Intrinsics
+from graspe_data.synchronisation.camera_agreement import Calibrated, Pictures, camera_findings
 from graspe_data.synchronisation.findings import Finding
 
 HD = Intrinsics(width=1280, height=960, fx=800.0, fy=810.0, cx=639.5, cy=479.5)
@@ -39,13 +39,13 @@ def only(findings: list[Finding], kind: str) -> Finding:
 
 def test_what_agrees_is_said() -> None:
     findings = camera_findings(pictures(), info(), OPTICAL)
-    assert [f.kind for f in findings] == ["camera size", "camera frame", "optical frame"]
+    assert [f.kind for f in findings] == ["camera_size", "camera_frame", "optical_frame"]
     assert {f.course for f in findings} == {"agrees"}
     assert "both 1280x960" in findings[0].text
 
 
 def test_a_slash_before_a_frame_is_no_difference() -> None:
-    assert only(camera_findings(pictures(frame="/eye"), info()), "camera frame").course == "agrees"
+    assert only(camera_findings(pictures(frame="/eye"), info()), "camera_frame").course == "agrees"
 
 
 def test_without_calibration_or_mounting_nothing_is_held() -> None:
@@ -63,7 +63,7 @@ def test_without_calibration_or_mounting_nothing_is_held() -> None:
     ],
 )
 def test_another_size_is_refused_with_advice(size: tuple[int, int], advice: str) -> None:
-    finding = only(camera_findings(pictures(*size), info()), "camera size")
+    finding = only(camera_findings(pictures(*size), info()), "camera_size")
     assert finding.course == "refused"
     assert f"pictures are {size[0]}x{size[1]}, /cam/camera_info is for 1280x960" in finding.text
     assert advice in finding.text
@@ -73,7 +73,7 @@ def test_another_size_is_refused_with_advice(size: tuple[int, int], advice: str)
 def test_a_binning_that_the_driver_did_not_apply_is_named() -> None:
     half = HD.model_copy(update={"width": 640, "height": 480})
     finding = only(
-        camera_findings(pictures(), info(intrinsics=half, full=(1280, 960))), "camera size"
+        camera_findings(pictures(), info(intrinsics=half, full=(1280, 960))), "camera_size"
     )
     assert "after binning and region of interest of 1280x960" in finding.text
     assert "that it does not apply" in finding.text
@@ -82,7 +82,7 @@ def test_a_binning_that_the_driver_did_not_apply_is_named() -> None:
 def test_another_frame_is_named_with_both() -> None:
     finding = only(
         camera_findings(pictures(frame="left_optical"), info(frame="right_optical")),
-        "camera frame",
+        "camera_frame",
     )
     assert finding.course == "noted"
     assert "'left_optical'" in finding.text
@@ -100,7 +100,7 @@ def test_another_frame_is_named_with_both() -> None:
     ],
 )
 def test_the_info_of_another_camera_is_named(image: str, camera_info: str) -> None:
-    finding = only(camera_findings(pictures(topic=image), info(topic=camera_info)), "camera name")
+    finding = only(camera_findings(pictures(topic=image), info(topic=camera_info)), "camera_name")
     assert finding.course == "noted"
     assert camera_info in finding.text
 
@@ -119,12 +119,12 @@ def test_the_info_of_another_camera_is_named(image: str, camera_info: str) -> No
 )
 def test_the_info_beside_the_pictures_is_theirs(image: str, camera_info: str) -> None:
     found = camera_findings(pictures(topic=image), info(topic=camera_info))
-    assert not [finding for finding in found if finding.kind == "camera name"]
+    assert not [finding for finding in found if finding.kind == "camera_name"]
 
 
 def axes(rotation: np.ndarray[tuple[int, ...], np.dtype[np.float64]], *frames: str) -> Finding:
     found = camera_findings(pictures(frame="camera_link"), None, rotation, frames)
-    return only(found, "optical frame")
+    return only(found, "optical_frame")
 
 
 @given(
@@ -175,4 +175,4 @@ def test_a_camera_in_another_pose_is_noted(turn: tuple[float, float, float], sai
 
 def test_the_chosen_frame_is_the_one_that_counts() -> None:
     found = camera_findings(pictures(), info(), OPTICAL, chosen_frame="eye_optical")
-    assert "'eye_optical' is an optical frame" in only(found, "optical frame").text
+    assert "'eye_optical' is an optical frame" in only(found, "optical_frame").text
