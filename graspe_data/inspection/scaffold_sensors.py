@@ -85,9 +85,9 @@ def _numbers(intrinsics: Intrinsics, note: str) -> Lines:
 
 def _mounting(evidence: Evidence, role: Role, hint: str, *, resolve: bool) -> Lines:
     topic, base = evidence.topic(role), evidence.base_frame
-    optical = None if evidence.robot is None else evidence.robot.camera.frame
+    chosen = None if evidence.robot is None else evidence.robot.camera.frame
     frame = "" if topic is None else plain_frame(topic.frame)
-    frame = optical if role == "image" and optical else frame
+    frame = chosen if role == "image" and chosen else frame
     placed = None if topic is None else fixed_transform(evidence, base, frame)
     if placed is not None and not (role == "points" and frame == base):
         yield from _found_mounting(placed, frame, base, resolve=resolve)

@@ -22,6 +22,7 @@ from tests.made_recordings import (
     INFO,
     MOUNTINGS,
     ODOMETRY,
+    OPTICAL,
     SECOND,
     START,
     STATIC,
@@ -32,6 +33,7 @@ from tests.made_recordings import (
     Entry,
     MadeRecording,
     Pose,
+    calibration,
     cloud,
     header,
     odometry,
@@ -212,6 +214,25 @@ def turning_camera() -> MadeRecording:
     return made.plus(edges)
 
 
+def differing_cameras(**changes: Any) -> Callable[[], MadeRecording]:
+    def change(message: Any) -> Any:
+        return calibration(time_of(message), **changes)
+
+    return lambda: MadeRecording().changed(INFO, change)
+
+
+def named_after_another() -> MadeRecording:
+    made = MadeRecording()
+    other = [("/rear/camera_info", m, at_ns) for t, m, at_ns in made.entries if t == INFO]
+    return made.without(INFO).plus(other)
+
+
+def in_a_body_frame() -> MadeRecording:
+    body = ("base_link", "cam", (0.3, 0.0, 0.3), STRAIGHT)
+    optical = ("cam", "cam_optical", (0.0, 0.0, 0.0), OPTICAL)
+    return MadeRecording(mountings=(MOUNTINGS[0], body, optical))
+
+
 def commanded(v: float) -> Callable[[], MadeRecording]:
     return lambda: MadeRecording().changed(COMMAND, lambda _: twist((v, 0.0), 0.0))
 
@@ -246,6 +267,16 @@ CASES: dict[str, Case] = {
     "mounting_changed": Case(mounted_anew),
     "odometry_carried_to_base": Case(of_another_frame),
     "stamps_begin_again": Case(begun_again),
+    "camera_size": Case(differing_cameras(size=(128, 96))),
+    "camera_frame": Case(differing_cameras(frame="camera_rgb")),
+    "camera_name": Case(
+        named_after_another, {"topics": {**ROBOT["topics"], "camera_info": "/rear/camera_info"}}
+    ),
+    "optical_frame": Case(in_a_body_frame),
+    "odometry_by_lidar": Case(
+        lambda: MadeRecording().without(ODOMETRY, COMMAND),
+        {"odometry": "lidar", "topics": {"image": IMAGE, "points": CLOUD, "camera_info": INFO}},
+    ),
     "sensor_late": Case(lambda: behind(0.9655)),
     "offset_measured": Case(
         lambda: behind(0.9655), {"clocks": {"points": {"offset_s": "measured"}}}
@@ -285,6 +316,8 @@ CASES: dict[str, Case] = {
     "no_mounting": Case(lambda: MadeRecording(mountings=MOUNTINGS[1:])),
 }
 REFUSALS = {
+    "camera_size": "is for",
+    "optical_frame": "no optical frame",
     "motion_contradicts": "no frame explains it",
     "two_publishers": "two publishers",
     "limits_too_low": "limit",
