@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,13 @@ from graspe_data.simulation.habits.clouds import (
 from graspe_data.simulation.habits.message_parts import edges_of, pose_of, stamp_of
 from graspe_data.simulation.habits.packets import velodyne_packets
 from graspe_data.simulation.habits.pictures import Encoding, raw_pictures
-from graspe_data.simulation.habits.recorded import Habit, Recorded, left_out, with_habits
+from graspe_data.simulation.habits.recorded import (
+    Habit,
+    Recorded,
+    changed,
+    left_out,
+    with_habits,
+)
 from tests.graspe_data.simulation.habits.conftest import IMAGE, ODOMETRY, POINTS, on
 
 
@@ -90,9 +98,11 @@ def _key(cloud: Any) -> tuple[Any, Any]:
     return azimuth, cloud.ring
 
 
+@pytest.mark.parametrize("away", [(0.0, 0.0), (100.0, -70.0)])
 def test_clouds_in_the_odometry_frame_come_back_by_the_pose_at_their_stamp(
-    plain: list[Recorded],
+    plain: list[Recorded], away: tuple[float, float]
 ) -> None:
+    plain = list(with_habits(plain, [changed(ODOMETRY, partial(_begun, away=away))]))
     before, after = clouds(plain, clouds_in_odometry_frame(POINTS, ODOMETRY))
     edges = {(e.parent, e.child): e.transform for e in edges_of(on(plain, "/tf_static")[0])}
     mounted = FrameTree(edges).lookup("base_link", "velodyne")
@@ -103,10 +113,18 @@ def test_clouds_in_the_odometry_frame_come_back_by_the_pose_at_their_stamp(
         assert stamp_of(told) == stamp_of(truth)
         was, found = decode_points(truth, POINTS), decode_points(told, POINTS)
         back = (poses[stamp_of(told)] @ mounted).inverse().apply(found.xyz.astype(np.float64))
-        assert np.abs(back - was.xyz).max() < 1e-5
+        assert np.abs(back - was.xyz).max() < 2e-5
         np.testing.assert_array_equal(found.ring, was.ring)
         moved = max(moved, float(np.abs(found.xyz - was.xyz).max()))
     assert moved > 0.5
+
+
+def _begun(odometry: Any, away: tuple[float, float]) -> Any:
+    """Odometry that began elsewhere."""
+    pose = odometry.pose.pose
+    x, y = pose.position.x + away[0], pose.position.y + away[1]
+    moved = replace(pose, position=replace(pose.position, x=x, y=y))
+    return replace(odometry, pose=replace(odometry.pose, pose=moved))
 
 
 def test_carried_clouds_stay_in_their_place_among_the_messages(plain: list[Recorded]) -> None:
