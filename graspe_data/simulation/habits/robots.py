@@ -128,7 +128,7 @@ DRIVERS: Final[Mapping[str, Driver]] = {
     "spot_ros1": Driver("frontleft_fisheye", "velodyne", _spot_ros1),
     "spot_ros2": Driver("frontleft_fisheye", "velodyne", _spot_ros2),
     "husky": Driver("camera_optical", "velodyne", _clearpath),
-    "jackal": Driver("front_camera_optical", "velodyne", _clearpath),
+    "jackal": Driver("front_camera", "velodyne", _clearpath),
     "go2_livox": Driver("front_camera", "livox_frame", _go2),
     "rellis_warthog": Driver("pylon_camera", "ouster1/os1_lidar", _rellis),
     "tartandrive_atv": Driver("multisense/left_camera_optical_frame", "velodyne_1", _tartandrive),

@@ -97,6 +97,17 @@ def test_a_recording_that_lacks_a_sensor_is_still_known() -> None:
     assert ("spot_ros1", 0.75) in suggest(fewer, SPOT_FRAMES)
 
 
+@pytest.mark.parametrize("name", ["husky", "jackal"])
+def test_a_controllers_own_name_and_a_lidar_are_enough(name: str) -> None:
+    topics = {
+        f"/{name}_velocity_controller/odom": "nav_msgs/Odometry",
+        "/velodyne_points": "sensor_msgs/PointCloud2",
+        "/imu/data": "sensor_msgs/Imu",
+        "/usb_cam/image_raw": "sensor_msgs/Image",
+    }
+    assert suggest(topics, ["odom", "base_link"]) == [(name, pytest.approx(2 / 3))]
+
+
 def test_a_frame_that_a_robot_always_has_and_that_is_missing_rules_it_out() -> None:
     frames = [frame for frame in SPOT_FRAMES if frame != "body"]
     assert suggest(SPOT_ROS1, frames) == []
