@@ -139,6 +139,18 @@ class Footprint(Settings):
     width: Positive
 
 
+TopicName = Annotated[str, Field(pattern=r"^(/[A-Za-z0-9_~]+)+$", max_length=255)]
+TypeName = Annotated[str, Field(pattern=r"^\w+(/msg)?/\w+$", max_length=255)]
+
+
+class Recognition(Settings):
+    """What tells a recording of this robot from others: topics with their types, and frames."""
+
+    topics: Annotated[dict[TopicName, TypeName], Field(min_length=1, max_length=64)]
+    """Without a robot's own name in front: it is recognised under any namespace."""
+    frames: tuple[str, ...] = ()
+
+
 class Robot(Settings):
     """A robot manifest."""
 
@@ -160,6 +172,8 @@ class Robot(Settings):
     clocks: Clocks = Clocks()
     limits: Limits
     footprint: Footprint
+    recognised_by: Recognition | None = None
+    """By what ``graspe inspect`` suggests this manifest; None: by ``topics`` alone."""
 
     @model_validator(mode="before")
     @classmethod

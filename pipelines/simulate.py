@@ -39,12 +39,15 @@ class Simulation:
     seed: int
     container: Container
     compression: Compression = "none"
+    habits: str | None = None
+    """A robot that ships, whose drivers write; None writes as the simulator does."""
 
     @property
     def name(self) -> str:
         """The recording's file or folder."""
         suffix = ".bag" if self.container == "bag" else ""
-        return f"{self.scenario.name}-{self.seed}{suffix}"
+        habits = "" if self.habits is None else f"-{self.habits}"
+        return f"{self.scenario.name}-{self.seed}{habits}{suffix}"
 
 
 @dataclass(frozen=True)
@@ -169,11 +172,12 @@ def _record(simulation: Simulation, path: Path, threads: int) -> None:
         simulation.container,
         simulation.compression,
         threads,
+        simulation.habits,
     )
 
 
 def _is_same(simulation: Simulation, target: Path) -> bool:
-    told = scenario_text(simulation.scenario, simulation.robot, simulation.seed)
+    told = scenario_text(simulation.scenario, simulation.robot, simulation.seed, simulation.habits)
     return _container_of(target) == simulation.container and read_scenario_text(target) == told
 
 

@@ -79,11 +79,12 @@ def read_truth(recording: Path) -> RecordedTruth:
     return RecordedTruth(failures, stamps, success.reshape(len(stamps), -1), step_s)
 
 
-def scenario_text(scenario: Settings, robot: Settings, seed: int) -> str:
-    """The message that says which scenario, robot and seed a recording is of."""
+def scenario_text(scenario: Settings, robot: Settings, seed: int, habits: str | None = None) -> str:
+    """The message that says which scenario, robot, seed and habits a recording is of."""
     parts = {"scenario": scenario, "robot": robot}
     told = {name: part.model_dump(mode="json") for name, part in parts.items()}
-    return json.dumps(told | {"seed": seed})
+    named = {} if habits is None else {"habits": habits}
+    return json.dumps(told | {"seed": seed} | named)
 
 
 def read_scenario_text(recording: Path) -> str | None:

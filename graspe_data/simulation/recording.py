@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from graspe_data.known_outcomes import KnownOutcomes
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
 from graspe_data.robot import Limits, Robot
 from graspe_data.simulation.field import part_generator
+from graspe_data.simulation.habits.recorded import Habit, Recorded, with_habits
+from graspe_data.simulation.habits.robots import habits_of
 from graspe_data.simulation.message_stream import START_NS, MessageStream, stamp_of
 from graspe_data.simulation.messages import Messages
 from graspe_data.simulation.motion.drive import STEP_S
@@ -45,6 +48,7 @@ def record_scenario(
     container: Container,
     compression: Compression = "none",
     threads: int = 0,
+    habits: str | None = None,
 ) -> RecordedTruth:
     """Simulate a scenario and record it, as ``record_drive`` does.
 
@@ -56,18 +60,24 @@ def record_scenario(
         container: ``bag``, ``db3`` or ``mcap``.
         compression: One that the container has.
         threads: For rays; 0 uses every core.
+        habits: A robot that ships, whose drivers write; None writes as the simulator does.
 
     Raises:
-        ManifestError: The world cannot be built as the scenario asks.
+        ManifestError: The world cannot be built as the scenario asks, or no such habits are known.
         RecordingError: The path exists, or cannot be written.
     """
-    return record_drive(
-        simulate_drive(scenario, robot, seed, threads), path, container, compression
-    )
+    own = () if habits is None else habits_of(habits, robot)
+    simulated = simulate_drive(scenario, robot, seed, threads)
+    return record_drive(simulated, path, container, compression, own, habits)
 
 
 def record_drive(
-    simulated: SimulatedDrive, path: Path, container: Container, compression: Compression = "none"
+    simulated: SimulatedDrive,
+    path: Path,
+    container: Container,
+    compression: Compression = "none",
+    habits: Sequence[Habit] = (),
+    habits_name: str | None = None,
 ) -> RecordedTruth:
     """Record a drive, whoever drove, with ``<path>.truth.yaml`` beside.
 
@@ -79,27 +89,34 @@ def record_drive(
         path: The file or folder to create.
         container: ``bag``, ``db3`` or ``mcap``.
         compression: One that the container has.
+        habits: What a robot's drivers do to the messages.
+        habits_name: Said in the recording beside its scenario.
 
     Raises:
         RecordingError: The path exists, or cannot be written.
     """
-    scenario, topics = simulated.scenario, simulated.robot.topics
     truth = _truth(simulated)
-    arcs, candidates = iter(truth.trajectory_texts()), iter(_outcomes(simulated).texts())
-    text = Messages(simulated.robot).text
-    jitter = part_generator(scenario, simulated.seed, "jitter")
+    told = scenario_text(simulated.scenario, simulated.robot, simulated.seed, habits_name)
     with RecordingWriter(path, container, compression) as writer:
-        told = scenario_text(scenario, simulated.robot, simulated.seed)
-        writer.write(SCENARIO_TOPIC, text(told), START_NS)
-        for message in MessageStream(simulated):
-            late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
-            writer.write(message.topic, message.content, message.stamp_ns + late)
-            if message.topic == topics.image:
-                writer.write(TRAJECTORIES_TOPIC, text(next(arcs)), message.stamp_ns)
-                writer.write(CANDIDATES_TOPIC, text(next(candidates)), message.stamp_ns)
-        writer.write(EVENTS_TOPIC, text(truth.events_text()), _end_ns(simulated))
+        for message in with_habits(_messages(simulated, truth, told), habits):
+            writer.write(message.topic, message.content, message.bag_time_ns)
     write_truth_annotation(path, truth, START_NS)
     return truth
+
+
+def _messages(simulated: SimulatedDrive, truth: RecordedTruth, told: str) -> Iterator[Recorded]:
+    """All messages of a recording, as they reach the recorder."""
+    arcs, candidates = iter(truth.trajectory_texts()), iter(_outcomes(simulated).texts())
+    text = Messages(simulated.robot).text
+    jitter = part_generator(simulated.scenario, simulated.seed, "jitter")
+    yield Recorded(SCENARIO_TOPIC, text(told), START_NS)
+    for message in MessageStream(simulated):
+        late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
+        yield Recorded(message.topic, message.content, message.stamp_ns + late)
+        if message.topic == simulated.robot.topics.image:
+            yield Recorded(TRAJECTORIES_TOPIC, text(next(arcs)), message.stamp_ns)
+            yield Recorded(CANDIDATES_TOPIC, text(next(candidates)), message.stamp_ns)
+    yield Recorded(EVENTS_TOPIC, text(truth.events_text()), _end_ns(simulated))
 
 
 def _truth(simulated: SimulatedDrive) -> RecordedTruth:

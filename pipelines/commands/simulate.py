@@ -43,6 +43,10 @@ def simulate(
     sensor_rate: Annotated[
         float | None, typer.Option(help="Pictures and clouds in a second, instead of its own.")
     ] = None,
+    habits: Annotated[
+        str | None,
+        typer.Option(help="Write as the drivers of this robot that ships do, such as spot_ros1."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Record simulated drives of a scenario; run again, those that are there stay.
@@ -56,7 +60,7 @@ def simulate(
     chosen, robot = load_scenario(scenario)
     chosen = _changed(chosen, scenario, duration, sensor_rate)
     simulations = [
-        simulation.Simulation(chosen, robot, each, container.value)
+        simulation.Simulation(chosen, robot, each, container.value, habits=habits)
         for each in range(seed, seed + recordings)
     ]
     with ConsoleProgress(Console(stderr=True)) as progress:

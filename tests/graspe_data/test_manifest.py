@@ -205,7 +205,7 @@ def test_a_manifest_is_found_by_shipped_name_by_path_and_beside_another(
     [
         ("spott", "Did you mean 'spot'?"),
         ("Spot", "Did you mean 'spot'?"),
-        ("nothing/like/it.yaml", "those that ship are kitti_car, spot."),
+        ("nothing/like/it.yaml", "jackal, kitti_car, rellis_warthog, "),
     ],
 )
 def test_a_manifest_that_is_not_there_names_those_that_are(

@@ -86,12 +86,16 @@ def test_roles_that_no_topic_has_are_not_the_same_topic(spot: dict[str, Any]) ->
         ("lidar", "rings", 0, "greater than or equal to 1"),
         ("lidar", "minimum_range", -0.1, "greater than or equal to 0"),
         ("topics", "image", None, "valid string"),
+        ("recognised_by", "topics", {}, "at least 1 item"),
+        ("recognised_by", "topics", {"odom": "nav_msgs/Odometry"}, "match pattern"),
+        ("recognised_by", "topics", {"/odom": "Odometry"}, "match pattern"),
+        ("recognised_by", "topic", {"/odom": "nav_msgs/Odometry"}, "Did you mean 'topics'?"),
     ],
 )
 def test_what_no_robot_has_is_refused(
     spot: dict[str, Any], group: str, key: str, value: object, said: str
 ) -> None:
-    spot[group][key] = value
+    spot.setdefault(group, {})[key] = value
     text = refusal(spot)
     assert f"{group}.{key}" in text
     assert said in text

@@ -12,7 +12,8 @@ import pytest
 import yaml
 from typer.testing import CliRunner, Result
 
-from graspe_data.recordings import recording_digest
+from graspe_data.errors import ManifestError
+from graspe_data.recordings import open_recording, recording_digest
 from graspe_data.simulation.recorded_truth import truth_path
 from pipelines.command_line import app
 
@@ -70,6 +71,31 @@ def test_ros_2_recordings_are_folders(
     assert simulate(scenario, tmp_path / "out", "--format", container).exit_code == 0
     assert (tmp_path / "out" / "yard-0" / file).is_file()
     assert truth_path(tmp_path / "out" / "yard-0").is_file()
+
+
+def test_a_robots_habits_have_a_recording_of_their_own(scenario: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert simulate(scenario, out).exit_code == 0
+    said = simulate(scenario, out, "--habits", "spot_ros1", "--json")
+    assert said.exit_code == 0, said.output
+    (told,) = json.loads(said.stdout)
+    path = out / "yard-0-spot_ros1.bag"
+    assert told["path"] == str(path)
+    assert truth_path(path).is_file()
+    with open_recording(path) as recording:
+        assert {"/spot/odometry", "/spot/lidar/points", "/tf"} <= recording.topics.keys()
+        assert "/velodyne_points" not in recording.topics
+    again = json.loads(simulate(scenario, out, "--habits", "spot_ros1", "--json").stdout)
+    assert again[0]["wall_s"] is None
+
+
+def test_habits_that_nobody_has_are_refused_before_anything_is_written(
+    scenario: Path, tmp_path: Path
+) -> None:
+    said = simulate(scenario, tmp_path / "out", "--habits", "spot_ros")
+    assert said.exit_code != 0
+    assert isinstance(said.exception, ManifestError)
+    assert "Did you mean 'spot_ros" in str(said.exception)
 
 
 def test_the_number_of_workers_changes_no_byte(scenario: Path, tmp_path: Path) -> None:
