@@ -6,6 +6,7 @@ from collections import Counter
 
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import plain_frame
+from graspe_data.recordings.content import ContentObserver
 from graspe_data.recordings.decoding import (
     decode_calibration,
     decode_inertial,
@@ -63,6 +64,11 @@ class _Pass:
         self.calibration: CameraCalibration | None = None
         self.broken: Counter[str] = Counter()
         self.faults: dict[str, str] = {}
+        self.content = ContentObserver(
+            recording.decode,
+            {topics.odometry: "odometry", topics.image: "image", topics.points: "points"},
+            {topic.name: topic.message_type for topic in recording.topics.values()},
+        )
 
     def run(self) -> None:
         topics = self.robot.topics
@@ -76,6 +82,7 @@ class _Pass:
                 self.sensors[raw.topic].seen += 1
             try:
                 self._take(raw)
+                self.content.observe(raw, self.recording.header_stamp_ns(raw))
             except (RecordingError, GeometryError) as error:
                 self.broken[raw.topic] += 1
                 self.faults.setdefault(raw.topic, str(error))
@@ -152,6 +159,7 @@ class _Pass:
             points_frame=self.frames.get(topics.points, ""),
             losses=self._losses(),
             unusable_edges=self.edges.faults(),
+            content=self.content.result(),
         )
 
     def _motion(self, topic: str | None) -> MotionTrack | None:

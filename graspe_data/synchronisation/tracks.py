@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.recordings.content import ContentIdentity
 from graspe_data.recordings.messages import Loss
 from graspe_data.sensor_data import CameraCalibration
 
@@ -141,3 +142,4 @@ class Tracks:
     losses: tuple[Loss, ...]
     unusable_edges: tuple[str, ...] = ()
     """What was skipped of tf: the edge, how often, and why."""
+    content: ContentIdentity = field(default_factory=ContentIdentity)
