@@ -30,11 +30,11 @@ class NumberedFile:
 
     file: Path
     family: tuple[str, str]
-    date: str
+    date: tuple[int, ...]
     number: int
 
     @property
-    def order(self) -> tuple[str, int, int, str]:
+    def order(self) -> tuple[tuple[int, ...], int, int, str]:
         """By time where the name has one, then by number; a compressed twin comes second."""
         return self.date, self.number, len(self.file.name), self.file.name
 
@@ -58,7 +58,8 @@ def numbered_file(file: Path) -> NumberedFile | None:
     if match is None:
         return None
     family = (match["name"], match["bag"] or match["ros2"])
-    return NumberedFile(file, family, match["date"] or "", int(match["number"]))
+    date = tuple(int(part) for part in re.findall(r"\d+", match["date"] or ""))
+    return NumberedFile(file, family, date, int(match["number"]))
 
 
 def join_parts(files: Iterable[Path]) -> list[Parts]:

@@ -82,7 +82,7 @@ def test_parts_that_go_on_are_one_recording_whichever_is_named(
 
 
 def test_the_time_in_the_name_of_a_ros1_part_is_that_of_the_part(part: Part) -> None:
-    dates = ("2024-01-01-10-00-00", "2024-01-01-10-00-05", "2024-01-01-10-00-10")
+    dates = ("2024-01-01-10-00-05", "2024-01-01-10-00-010", "2024-01-01-10-00-15")
     files = [part(f"site_{date}_{n}", 5 * n) for n, date in enumerate(dates)]
     again = [part(f"site_2024-01-02-09-00-0{5 * n}_{n}", 9000 + 5 * n) for n in range(2)]
     bare = [part(f"{date}_{n}", 5 * n) for n, date in enumerate(dates)]
