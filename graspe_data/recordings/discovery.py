@@ -7,7 +7,7 @@ from pathlib import Path
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.layout import listed_with
-from graspe_data.recordings.parts import Parts, join_parts, numbered_file, parts_of
+from graspe_data.recordings.parts import Parts, join_parts, numbered_file
 
 SUFFIXES = (".bag", ".bag.active", ".db3", ".db3.zstd", ".mcap", ".mcap.zstd")
 METADATA = "metadata.yaml"
@@ -33,10 +33,11 @@ def find_recordings(paths: Iterable[Path]) -> list[Path]:
         RecordingError: A path does not exist, or there is no recording below it.
     """
     found: dict[Path, None] = {}
+    folders: dict[Path, list[Parts]] = {}
     for path in paths:
         if not path.exists():
             raise RecordingError(f"{path}: no such file or folder.")
-        below = list(_below(path))
+        below = _below(path, folders)
         if not below:
             raise RecordingError(
                 f"{path}: no recording here or below: expected {', '.join(SUFFIXES)} or a folder "
@@ -46,36 +47,41 @@ def find_recordings(paths: Iterable[Path]) -> list[Path]:
     return list(found)
 
 
-def _below(path: Path) -> list[Path]:
+def _below(path: Path, folders: dict[Path, list[Parts]]) -> list[Path]:
     if path.is_file():
-        return [_whole(path)]
-    files = sorted(item for item in path.iterdir() if is_storage_file(item))
+        return [_whole(path, folders)]
     if (path / METADATA).is_file():
         return [path]
-    joined = join_parts(files)
+    joined = _joined(path, folders)
     if _fill_folder(joined):
         return [path]
-    folders = sorted(
+    below = sorted(
         item for item in path.iterdir() if item.is_dir() and not item.name.startswith(".")
     )
     heads = [parts.head for parts in joined]
-    return [*heads, *(found for folder in folders for found in _below(folder))]
+    return [*heads, *(found for folder in below for found in _below(folder, folders))]
 
 
-def _whole(file: Path) -> Path:
+def _whole(file: Path, folders: dict[Path, list[Parts]]) -> Path:
     """The recording that a file is a part of: its first part, or its folder where that is all."""
     if not is_storage_file(file):
         return file
     try:
         if len(listed_with(file)) > 1:
             return file.parent
-        parts = parts_of(file)
-        if len(parts.files) > 1:
-            beside = sorted(item for item in file.parent.iterdir() if is_storage_file(item))
-            return file.parent if _fill_folder(join_parts(beside)) else parts.head
+        joined = _joined(file.parent, folders)
     except OSError:
         return file
-    return parts.head
+    parts = next((parts for parts in joined if file in parts.files), Parts((file,)))
+    return file.parent if len(parts.files) > 1 and _fill_folder(joined) else parts.head
+
+
+def _joined(folder: Path, folders: dict[Path, list[Parts]]) -> list[Parts]:
+    """The recordings that the files of a folder are, found once a folder."""
+    if folder not in folders:
+        files = sorted(item for item in folder.iterdir() if is_storage_file(item))
+        folders[folder] = join_parts(files)
+    return folders[folder]
 
 
 def _fill_folder(joined: Sequence[Parts]) -> bool:
