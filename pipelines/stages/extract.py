@@ -26,7 +26,7 @@ from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
 
-VERSION = 3
+VERSION = 4
 
 
 class LossRecord(Settings):
