@@ -25,6 +25,8 @@ from pipelines.index import dataset_index, recording_entry, refused_entry
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
 from pipelines.progress import Progress
 from pipelines.row_columns import row_columns
+from pipelines.same_drives import Drive
+from pipelines.splits import Placement, place_recordings
 from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_shards
 
 EPISODES = "episodes"
@@ -63,10 +65,12 @@ def build_dataset(
     with only_builder(out):
         sweep(out)
         outcomes = list(_process(recipe, recordings, out, workers, progress))
-        episodes, refused = _sorted_out(outcomes)
+        episodes, refused = _sorted_out(recipe, outcomes)
+        episodes, placements, conflicting = _placed(recipe, episodes)
+        refused += conflicting
         if not any(episode.extracted.rows for episode in episodes):
             raise StageError(_no_rows(episodes, refused))
-        entries = [recording_entry(recipe, episode) for episode in episodes]
+        entries = list(map(recording_entry, episodes, placements))
         entries += [refused_entry(recipe, refusal) for refusal in refused]
         columns = row_columns(recipe)
         tasks = _shard_tasks(recipe, columns, episodes, entries, out)
@@ -108,20 +112,57 @@ def _told(outcome: Episode | Refusal) -> str:
     return f"{outcome.path.name}: {record.rows} rows{state}" + (f"; {lost}" if lost else "")
 
 
-def _sorted_out(outcomes: Iterable[Episode | Refusal]) -> tuple[list[Episode], list[Refusal]]:
-    """Episodes by digest and refusals by name; of the same recording given twice, one."""
-    episodes: dict[str, Episode] = {}
+def _sorted_out(
+    recipe: DatasetRecipe, outcomes: Iterable[Episode | Refusal]
+) -> tuple[list[Episode], list[Refusal]]:
+    """Episodes by digest and refusals by name; of the same drive given twice, one.
+
+    The one that counts is in a declared group if any is, else has a labels file if any has.
+    """
+    ordered = sorted(outcomes, key=lambda outcome: (outcome.digest, outcome.path.name))
+    refused = [outcome for outcome in ordered if isinstance(outcome, Refusal)]
+    found = [outcome for outcome in ordered if isinstance(outcome, Episode)]
+    split, known = recipe.dataset.split, dict[str, Episode]()
+    for episode in sorted(
+        found,
+        key=lambda item: (split.group_of(item.path.name) is None, not item.labelled.annotated),
+    ):
+        first = known.setdefault(_drive(episode).identity, episode)
+        if first is not episode:
+            refused.append(_same(episode, first))
+    kept = {id(episode) for episode in known.values()}
+    return [episode for episode in found if id(episode) in kept], refused
+
+
+def _same(episode: Episode, first: Episode) -> Refusal:
+    name, other = episode.path.name, first.path.name
+    same = f"the same recording as {other}; it counts once."
+    if episode.digest != first.digest:
+        same = f"the same drive as {other}, in another container; it counts once."
+    return Refusal(episode.path, episode.digest, f"{name}: {same}", counted_as=other)
+
+
+def _drive(episode: Episode) -> Drive:
+    return Drive(episode.path.name, episode.digest, episode.extracted.content, episode.files)
+
+
+def _placed(
+    recipe: DatasetRecipe, episodes: Sequence[Episode]
+) -> tuple[list[Episode], list[Placement], list[Refusal]]:
+    """Episodes with the group and split of each; refused are those that declared groups tear."""
+    dataset = recipe.dataset
+    kept: list[Episode] = []
+    placements: list[Placement] = []
     refused: list[Refusal] = []
-    for outcome in sorted(outcomes, key=lambda outcome: (outcome.digest, outcome.path.name)):
-        if isinstance(outcome, Refusal):
-            refused.append(outcome)
-        elif outcome.digest in episodes:
-            first = episodes[outcome.digest].path.name
-            reason = f"{outcome.path.name}: the same recording as {first}; it counts once."
-            refused.append(Refusal(outcome.path, outcome.digest, reason))
+    drives = [_drive(episode) for episode in episodes]
+    placed = place_recordings(drives, dataset.split, dataset.seed)
+    for episode, placement in zip(episodes, placed, strict=True):
+        if isinstance(placement, str):
+            refused.append(Refusal(episode.path, episode.digest, placement))
         else:
-            episodes[outcome.digest] = outcome
-    return list(episodes.values()), refused
+            kept.append(episode)
+            placements.append(placement)
+    return kept, placements, refused
 
 
 def _no_rows(episodes: Sequence[Episode], refused: Sequence[Refusal]) -> str:

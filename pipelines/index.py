@@ -11,14 +11,12 @@ from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, ShardFile
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.process_recording import Episode, Refusal
-from pipelines.splits import split_of
+from pipelines.splits import Placement, split_of
 from pipelines.statistics import episode_statistics
 
 
-def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
+def recording_entry(episode: Episode, placement: Placement) -> RecordingEntry:
     """What a dataset keeps of a recording that was read."""
-    dataset = recipe.dataset
-    group, split = split_of(episode.path.name, episode.digest, dataset.split, dataset.seed)
     extracted, labelled = episode.extracted, episode.labelled
     losses = [loss.model_dump(mode="json") for loss in extracted.losses]
     details: dict[str, JsonValue] = {
@@ -26,6 +24,9 @@ def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
         "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
         "base_from_lidar": [list(part) for part in extracted.base_from_lidar or ()] or None,
         "time_zero_ns": extracted.time_zero_ns,
+        "content": extracted.content.digest or None,
+        "overlaps": list(placement.linked),
+        "files": list(episode.files),
         "offsets_ns": dict(extracted.offsets_ns),
         "damage": [dict(loss) for loss in losses],
         "findings": [finding.model_dump(mode="json") for finding in extracted.findings],
@@ -38,8 +39,8 @@ def recording_entry(recipe: DatasetRecipe, episode: Episode) -> RecordingEntry:
     return RecordingEntry(
         name=episode.path.name,
         digest=episode.digest,
-        group=group,
-        split=split if extracted.rows else None,
+        group=placement.group,
+        split=placement.split if extracted.rows else None,
         rows=extracted.rows,
         losses=extracted.lost,
         columns={k: v for record in episode.records.values() for k, v in record.columns.items()},
@@ -52,11 +53,15 @@ def refused_entry(recipe: DatasetRecipe, refusal: Refusal) -> RecordingEntry:
     """What a dataset keeps of a recording that was refused: its name and the reason."""
     dataset = recipe.dataset
     group, _ = split_of(refusal.path.name, refusal.digest, dataset.split, dataset.seed)
+    counted = {"counted_as": refusal.counted_as} if refusal.counted_as else {}
     return RecordingEntry(
         name=refusal.path.name,
         digest=refusal.digest,
         group=group,
-        details={"refused": refusal.reason.replace(str(refusal.path), refusal.path.name)},
+        details={
+            "refused": refusal.reason.replace(str(refusal.path), refusal.path.name),
+            **counted,
+        },
     )
 
 

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from graspe_data.errors import GraspeError
 from graspe_data.recordings import recording_digest
+from graspe_data.recordings.layout import storage_files
 from pipelines.commit import committed_folder
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.stage import StageRecord, read_record, stage_folder
@@ -42,6 +43,8 @@ class Episode:
     folders: dict[str, Path]
     done_now: tuple[str, ...]
     """The stages that this run had to do."""
+    files: tuple[str, ...] = ()
+    """The names of its files, parts of one recording perhaps."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Refusal:
     path: Path
     digest: str
     reason: str
+    counted_as: str = ""
+    """The name of the recording of the same drive that counts in its place."""
 
 
 def process_recording(task: RecordingTask) -> Episode | Refusal:
@@ -119,4 +124,6 @@ def _stages(task: RecordingTask, digest: str) -> Episode:
         )
         done.append(answered)
     records = {record.stage: record for record in done}
-    return Episode(task.path, digest, extracted, labelled, records, folders, tuple(done_now))
+    files = tuple(file.name for file in storage_files(task.path))
+    done_here = tuple(done_now)
+    return Episode(task.path, digest, extracted, labelled, records, folders, done_here, files)

@@ -16,8 +16,10 @@ from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.parts import join_parts, parts_of
 
 MAXIMUM_METADATA = 4 << 20
+SHOWN = 5
 SUFFIXES = (".bag", ".bag.active", ".mcap", ".mcap.zstd", ".db3", ".db3.zstd")
 MAGICS: tuple[tuple[bytes, Literal["rosbag1", "sqlite3", "mcap"]], ...] = (
     (b"#ROSBAG V", "rosbag1"),
@@ -53,11 +55,7 @@ def find_layout(path: Path) -> Layout:
         RecordingError: There is nothing, or nothing that is a recording.
     """
     losses: list[Loss] = []
-    metadata: dict[str, Any] = {}
-    files = storage_files(path) if not path.is_dir() else []
-    if path.is_dir():
-        metadata = _read_metadata(path, losses)
-        files = _files_in(path, metadata, losses)
+    files, metadata = _files_of(path, losses)
     temporary, readable = _decompressed(files, losses)
     formats = [_format_of(file) for file in readable]
     known = next((name for name in formats if name is not None), None)
@@ -80,15 +78,41 @@ def find_layout(path: Path) -> Layout:
 def storage_files(path: Path) -> list[Path]:
     """The files that hold a recording's messages, in order; nothing that lies beside them.
 
+    A part leads to its whole.
+
     Raises:
-        RecordingError: There is no such path, or no recording in the folder.
+        RecordingError: There is no such path, or no recording in the folder, or several.
     """
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
+    return _files_of(path, [])[0]
+
+
+def listed_with(file: Path) -> list[str]:
+    """The names of the files that a metadata.yaml beside a file lists; none without that file."""
+    names = _listed(_read_metadata(file.parent, []))
+    return names if file.name in names else []
+
+
+def _files_of(path: Path, losses: list[Loss]) -> tuple[list[Path], dict[str, Any]]:
+    """The files of a recording, and its metadata where that joins them."""
+    if not path.exists():
         raise RecordingError(f"{path}: there is no such file or folder.")
-    losses: list[Loss] = []
-    return _files_in(path, _read_metadata(path, losses), losses)
+    if path.is_dir():
+        metadata = _read_metadata(path, losses)
+        return _files_in(path, metadata, losses), metadata
+    if len(listed_with(path)) > 1:
+        metadata = _read_metadata(path.parent, losses)
+        return _files_in(path.parent, metadata, losses), metadata
+    try:
+        parts = parts_of(path)
+    except OSError:
+        return [path], {}
+    losses += parts.losses
+    return list(parts.files), {}
+
+
+def _listed(metadata: dict[str, Any]) -> list[str]:
+    listed = metadata.get("relative_file_paths")
+    return [PurePosixPath(str(name)).name for name in listed] if isinstance(listed, list) else []
 
 
 def _read_metadata(folder: Path, losses: list[Loss]) -> dict[str, Any]:
@@ -115,8 +139,7 @@ def _loader() -> type[yaml.SafeLoader]:
 
 def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> list[Path]:
     """The files that the metadata lists, else all, ``name_2`` before ``name_10``."""
-    listed = metadata.get("relative_file_paths")
-    named = [PurePosixPath(str(name)).name for name in listed] if isinstance(listed, list) else []
+    named = _listed(metadata)
     found = sorted(
         (file for file in folder.iterdir() if file.name.endswith(SUFFIXES) and file.is_file()),
         key=lambda file: [int(part) if part.isdigit() else part for part in _parts(file.name)],
@@ -129,7 +152,20 @@ def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> lis
         raise RecordingError(
             f"{folder}: no recording in it; expected one of {', '.join(SUFFIXES)}."
         )
-    return files
+    return files if (folder / "metadata.yaml").exists() else _the_one(folder, files, losses)
+
+
+def _the_one(folder: Path, files: list[Path], losses: list[Loss]) -> list[Path]:
+    """The files of the only recording of a folder that nothing but their names and times joins."""
+    recordings = join_parts(files)
+    if len(recordings) > 1:
+        shown = ", ".join(parts.head.name for parts in recordings[:SHOWN])
+        raise RecordingError(
+            f"{folder}: {len(recordings)} recordings, and no metadata.yaml that joins them: {shown}"
+            f"{', ...' if len(recordings) > SHOWN else ''}. Name one of them."
+        )
+    losses += recordings[0].losses
+    return list(recordings[0].files)
 
 
 def _parts(name: str) -> list[str]:

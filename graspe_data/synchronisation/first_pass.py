@@ -7,6 +7,7 @@ from typing import Any
 
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import plain_frame
+from graspe_data.recordings.content import ContentObserver
 from graspe_data.recordings.decoding import (
     decode_calibration,
     decode_image,
@@ -66,6 +67,11 @@ class _Pass:
         self.picture_size: tuple[int, int] | None = None
         self.broken: Counter[str] = Counter()
         self.faults: dict[str, str] = {}
+        self.content = ContentObserver(
+            recording.decode,
+            {topics.odometry: "odometry", topics.image: "image", topics.points: "points"},
+            {topic.name: topic.message_type for topic in recording.topics.values()},
+        )
 
     def run(self) -> None:
         topics = self.robot.topics
@@ -79,6 +85,7 @@ class _Pass:
                 self.sensors[raw.topic].seen += 1
             try:
                 self._take(raw)
+                self.content.observe(raw, self.recording.header_stamp_ns(raw))
             except (RecordingError, GeometryError) as error:
                 self.broken[raw.topic] += 1
                 self.faults.setdefault(raw.topic, str(error))
@@ -169,6 +176,7 @@ class _Pass:
             camera_info_frame=self.frames.get(topics.camera_info or "", ""),
             picture_size=self.picture_size,
             unusable_edges=self.edges.faults(),
+            content=self.content.result(),
         )
 
     def _motion(self, topic: str | None) -> MotionTrack | None:

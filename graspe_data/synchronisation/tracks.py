@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.recordings.content import ContentIdentity
 from graspe_data.recordings.messages import Loss
 from graspe_data.sensor_data import CameraCalibration
 
@@ -144,3 +145,4 @@ class Tracks:
     """Width and height of the first picture; None of a video, or where it does not decode."""
     unusable_edges: tuple[str, ...] = ()
     """What was skipped of tf: the edge, how often, and why."""
+    content: ContentIdentity = field(default_factory=ContentIdentity)

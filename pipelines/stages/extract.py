@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
+from graspe_data.recordings.content import ContentIdentity
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Intrinsics
@@ -25,7 +26,7 @@ from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
 
-VERSION = 3
+VERSION = 4
 
 
 class LossRecord(Settings):
@@ -70,6 +71,7 @@ class ExtractRecord(StageRecord):
     lost: dict[str, int]
     losses: tuple[LossRecord, ...]
     offsets_ns: dict[str, int]
+    content: ContentIdentity = ContentIdentity()
     camera: Intrinsics | None = None
     """Of the stored picture."""
     base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
@@ -152,6 +154,7 @@ def extract(
         lost=dict(sorted((Counter(plan.lost) + lost).items())),
         losses=tuple(_loss_record(loss, source) for loss in losses),
         offsets_ns=synchronised.offsets_ns,
+        content=synchronised.tracks.content,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
         base_from_camera=_flat(reading.base_from_camera),
         earlier_cameras=_earlier(reading.camera_mountings),

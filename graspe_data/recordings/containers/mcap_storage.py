@@ -45,7 +45,7 @@ class McapStorage(ChunkedStorage):
 
     def _open(self) -> None:
         try:
-            self.channels, self._spans = _read_summary(self._source)
+            self.channels, self._spans = read_summary(self._source)
         except RecordingError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever a broken summary leads to
@@ -60,7 +60,7 @@ class McapStorage(ChunkedStorage):
                 self.losses = [Loss(reason), *found.losses]
 
 
-def _read_summary(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
+def read_summary(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
     """Channels and chunks by the summary; any exception where it is not sound or absent."""
     summary = _parse_summary(source)
     statistics = summary.statistics

@@ -48,7 +48,7 @@ class BagStorage(ChunkedStorage):
                 f"Convert it with `rosbag fix`."
             )
         try:
-            self.channels, self._spans = _read_index(self._source)
+            self.channels, self._spans = read_index(self._source)
         except RecordingError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever a broken index leads to
@@ -60,7 +60,7 @@ class BagStorage(ChunkedStorage):
             ]
 
 
-def _read_index(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
+def read_index(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
     """Connections and chunks by the index; any exception where it is not sound."""
     with _IndexReader(source.path) as bag:
         connections = list(bag.connections)

@@ -21,10 +21,11 @@ def test_a_folder_with_one_file_is_that_file_whatever_lies_beside_it(tmp_path: P
 
 
 def test_several_files_have_the_digest_of_their_digests_in_order(tmp_path: Path) -> None:
-    for number, content in ((10, b"second"), (2, b"first")):
+    for number, content in ((1, b"second"), (0, b"first")):
         (tmp_path / f"a_{number}.mcap").write_bytes(content)
     lines = "".join(f"{hashlib.sha256(part).hexdigest()}\n" for part in (b"first", b"second"))
     assert recording_digest(tmp_path) == hashlib.sha256(lines.encode()).hexdigest()
+    assert recording_digest(tmp_path / "a_1.mcap") == recording_digest(tmp_path)
 
 
 def test_a_moved_recording_keeps_its_digest_and_a_changed_one_does_not(tmp_path: Path) -> None:

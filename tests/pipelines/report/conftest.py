@@ -182,8 +182,8 @@ def report(dataset: Path) -> Path:
     return path
 
 
-def notices_of(folder: Path, rows: Rows) -> list[str]:
-    """What a dataset of these rows, all in train, has to tell."""
+def notices_of(folder: Path, rows: Rows, *others: RecordingEntry) -> list[str]:
+    """What a dataset of these rows, all in train, and of recordings without rows has to tell."""
     columns = row_columns(recipe())
     shard = write_shard(folder, "shards/train.npz", columns, rows)
     entry = RecordingEntry(name="a", digest="ab" * 32, group="a", split="train", rows=8)
@@ -192,7 +192,7 @@ def notices_of(folder: Path, rows: Rows) -> list[str]:
         columns=tuple(columns),
         group_key="day",
         splits={"train": [shard]},
-        recordings=[entry],
+        recordings=[entry, *others],
     )
     index = write_index(folder, written)
     return notices.notices(folder, index, {"train": balance.split_balance(folder, index, "train")})

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from graspe_data.shards.dataset_manifest import RecordingEntry
 from tests.pipelines.report.conftest import notices_of, stored_rows
 
 
@@ -28,3 +29,16 @@ def test_where_the_robot_stands_no_longer_horizon_is_advised(tmp_path: Path) -> 
     found = notices_of(tmp_path, stored_rows(8, 0, failing=1, speed=0.0))
     empty = "The trajectory image is empty in 8 of 8 rows of train"
     assert found == [f"{empty}; in 8 of them the robot stands."]
+
+
+def test_recordings_of_one_drive_are_named_and_are_no_refusals(tmp_path: Path) -> None:
+    rows = stored_rows(8, 0, failing=1)
+    rows["trajectory_image"][:, -1, -1] = 1
+    twin = RecordingEntry(
+        name="b.bag", digest="", group="b", details={"refused": "it", "counted_as": "b"}
+    )
+    cut = RecordingEntry(name="c", digest="", group="a", details={"overlaps": ["a", "d"]})
+    assert notices_of(tmp_path, rows, twin, cut) == [
+        "b.bag is the same drive as b; it counts once.",
+        "c is of one drive with a, d; they are in one split.",
+    ]

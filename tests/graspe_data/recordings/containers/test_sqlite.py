@@ -40,15 +40,21 @@ def test_what_was_decompressed_is_removed(
 
 
 def test_splits_are_read_by_number_without_metadata(write: Any, read: Any) -> None:
-    first = write("db3", count=3)
-    content = read(first)
-    for number in (2, 10):
-        shutil.copy(first / "drive.db3", first / f"drive_{number}.db3")
-    (first / "metadata.yaml").unlink()
-    with open_recording(first) as recording:
-        order = [file.name for file in recording.files]
-        assert order.index("drive_2.db3") < order.index("drive_10.db3")
-    assert read(first) == content * 3
+    folder = write("db3", count=3)
+    content = read(folder)
+    (folder / "metadata.yaml").unlink()
+    (folder / "drive.db3").rename(folder / "drive_8.db3")
+    for number in (9, 10):
+        part = folder / f"drive_{number}.db3"
+        shutil.copy(folder / "drive_8.db3", part)
+        with sqlite3.connect(part) as database:
+            shift = (number - 8) * 300_000_000
+            database.execute("UPDATE messages SET timestamp = timestamp + ?", (shift,))
+        database.close()
+    with open_recording(folder) as recording:
+        names = [file.name for file in recording.files]
+    assert names == ["drive_8.db3", "drive_9.db3", "drive_10.db3"]
+    assert [data for _, _, data in read(folder)] == [data for _, _, data in content] * 3
 
 
 def test_rows_come_by_time_though_written_otherwise(write: Any, single: Any, read: Any) -> None:
