@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from graspe_data.inspection.evidence import gather_evidence
+from graspe_data.inspection.known_robots import suggested_robots
 from graspe_data.inspection.pairing import Pairing, pair_topics
 from graspe_data.inspection.roles import Role
 from graspe_data.inspection.several_robots import robot_namespaces, same_robot
@@ -55,6 +56,8 @@ class Inspection:
     pairings: tuple[Pairing, ...]
     losses: tuple[Loss, ...]
     verdict: Verdict
+    suggested: tuple[tuple[str, float], ...] = ()
+    """Robot manifests that ship and fit, the best first, and the share of their topics found."""
 
     @property
     def duration_s(self) -> float:
@@ -96,6 +99,7 @@ def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
         pairings=_pairings(survey),
         losses=survey.losses,
         verdict=verdict,
+        suggested=() if robot else suggested_robots(survey),
     )
 
 

@@ -7,6 +7,8 @@ from functools import cache
 from typing import Final
 
 from graspe_data.geometry import plain_frame
+from graspe_data.inspection.survey import Survey
+from graspe_data.inspection.topic_content import FramesContent, MotionContent
 from graspe_data.manifest import load_manifest, shipped_manifests
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.robot import Recognition, Robot
@@ -38,6 +40,18 @@ def suggest(topics: Mapping[str, str], frames: Collection[str]) -> list[tuple[st
         if share >= LEAST_SHARE:
             ranked.append((-share, -count, -exact, name))
     return [(name, -share) for share, _, _, name in sorted(ranked)]
+
+
+def suggested_robots(survey: Survey) -> tuple[tuple[str, float], ...]:
+    """The shipped robots that fit what was seen of a recording, the best first."""
+    topics = {name: topic.info.message_type for name, topic in survey.topics.items() if topic.count}
+    frames = {topic.frame for topic in survey.topics.values()}
+    for topic in survey.topics.values():
+        if isinstance(topic.content, MotionContent):
+            frames.add(topic.content.child_frame)
+        elif isinstance(topic.content, FramesContent):
+            frames |= {end for edge in topic.content.edges for end in (edge.parent, edge.child)}
+    return tuple(suggest(topics, frames - {""}))
 
 
 def _score(recognition: Recognition, found: Mapping[str, str]) -> tuple[float, int, int]:

@@ -28,11 +28,12 @@ class ManifestLine:
     note: str = ""
 
 
-def manifest_text(source: str, lines: Sequence[ManifestLine]) -> str:
+def manifest_text(source: str, lines: Sequence[ManifestLine], remarks: Sequence[str] = ()) -> str:
     """The manifest; names from a recording are quoted so that they stay one value each."""
     head = [
         f"# A robot manifest, begun from {_one_line(source)} by `graspe scaffold`.",
         "# Check every `guess`, and fill in every `missing`, before building a dataset with it.",
+        *(f"# {_one_line(remark)}" for remark in remarks),
     ]
     return "\n".join([*head, *map(_line, lines)]) + "\n"
 

@@ -9,6 +9,7 @@ from typing import Final
 
 from graspe_data.errors import RecordingError
 from graspe_data.inspection.evidence import Evidence, gather_evidence
+from graspe_data.inspection.known_robots import suggested_robots
 from graspe_data.inspection.manifest_lines import ManifestLine, manifest_text
 from graspe_data.inspection.roles import Role
 from graspe_data.inspection.scaffold_clocks import clock_lines
@@ -42,7 +43,12 @@ def scaffold_robot(path: Path, *, resolve: bool = False) -> str:
         if not any(topic.count for topic in survey.topics.values()):
             raise RecordingError(f"{path}: no messages, so nothing to start a robot manifest from.")
         evidence = gather_evidence(recording, survey, None)
-    return manifest_text(path.name, list(_lines(evidence, path, resolve=resolve)))
+    lines = list(_lines(evidence, path, resolve=resolve))
+    return manifest_text(path.name, lines, [_like(name) for name, _ in suggested_robots(survey)])
+
+
+def _like(robot: str) -> str:
+    return f"Its topics are those of {robot}, which ships: `graspe inspect --robot {robot}`."
 
 
 def _lines(evidence: Evidence, path: Path, *, resolve: bool) -> Lines:

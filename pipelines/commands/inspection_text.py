@@ -46,6 +46,9 @@ def print_inspection(console: Console, inspection: Inspection) -> None:
     for pairing in inspection.pairings:
         _line(console, 2, ("pairs: ", "cyan"), (_pairing(pairing), ""))
     _print_verdict(console, inspection.verdict)
+    for name, share in inspection.suggested:
+        text = f"{100 * share:.0f} % of the topics of {name}, which ships: --robot {name}"
+        _line(console, 2, ("looks like: ", "cyan"), (text, ""))
 
 
 def _head(inspection: Inspection) -> str:

@@ -104,7 +104,7 @@ def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
         image=dataset.image.model_dump(mode="json"),
         points=dataset.points.model_dump(mode="json"),
         clocks=dataset.clocks.model_dump(mode="json"),
-        robot=robot.model_dump(mode="json", exclude={"name", "footprint"}),
+        robot=robot.model_dump(mode="json", exclude={"name", "footprint", "recognised_by"}),
         **optional,
     )
 
