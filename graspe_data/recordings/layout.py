@@ -14,6 +14,7 @@ import yaml
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
+from graspe_data.recordings.containers.sqlite_recovery import log_beside
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 
@@ -21,6 +22,8 @@ MAXIMUM_METADATA = 4 << 20
 SUFFIXES = (".bag", ".bag.active", ".mcap", ".mcap.zstd", ".db3", ".db3.zstd")
 MAGICS: tuple[tuple[bytes, Literal["rosbag1", "sqlite3", "mcap"]], ...] = (
     (b"#ROSBAG V", "rosbag1"),
+    (b"#ROSRECORD V", "rosbag1"),
+    (b"#ROSLOG V", "rosbag1"),
     (b"\x89MCAP0\r\n", "mcap"),
     (b"SQLite format 3\0", "sqlite3"),
 )
@@ -171,13 +174,19 @@ def _format_of(path: Path) -> Literal["rosbag1", "sqlite3", "mcap"] | None:
             return name
     if path.name.endswith((".bag", ".bag.active")):
         return "rosbag1" if magic else None
+    if path.name.endswith(".db3") and not magic and log_beside(path) is not None:
+        return "sqlite3"
     return "mcap" if path.name.endswith(".mcap") and magic else None
 
 
 def _note_metadata(layout: Layout, metadata: dict[str, Any]) -> None:
     """Keep what metadata.yaml says of topics and counts, as far as it makes sense."""
     if str(metadata.get("compression_mode") or "").lower() == "message":
-        layout.compressed_messages = True
+        kind = str(metadata.get("compression_format") or "zstd").lower()
+        layout.compressed_messages = True if kind == "zstd" else None
+        if kind != "zstd":
+            reason = f"its messages are compressed by {kind[:20]!r}, of which only zstd is read"
+            layout.losses.append(Loss(f"metadata.yaml: {reason}"))
     entries = metadata.get("topics_with_message_count")
     for entry in entries if isinstance(entries, list) else []:
         try:

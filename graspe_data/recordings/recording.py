@@ -127,14 +127,22 @@ class Recording:
                 self._opening.append(Loss(str(error)))
         if faults and not storages:
             raise faults[0]
+        position = 0
         for storage in storages:
             self._opening += storage.losses
+            storage.first_position = position
+            position += storage.positions
         return storages
 
     def _open_storage(self, path: Path) -> Storage:
+        compressed = self._layout.compressed_messages
         if self.format == "sqlite3":
-            return SqliteStorage(path, compressed_messages=self._layout.compressed_messages)
-        storage: Storage = BagStorage(path) if self.format == "rosbag1" else McapStorage(path)
+            return SqliteStorage(path, compressed_messages=compressed)
+        storage: Storage = (
+            BagStorage(path, compressed_messages=False)
+            if self.format == "rosbag1"
+            else McapStorage(path, compressed_messages=compressed)
+        )
         if not storage.channels and not _begins_with(path, MAGIC[self.format]):
             storage.close()
             raise RecordingError(

@@ -23,6 +23,7 @@ MAGIC = b"\x89MCAP0\r\n"
 PREFIX = Struct("<BQ")
 MESSAGE_HEAD = Struct("<HIQQ")
 CHUNK_HEAD = Struct("<QQQII")
+MAXIMUM_OTHERS = 1 << 16
 CHUNK_COMPRESSIONS = (b"", b"lz4", b"zstd")
 DEFINITION_FORMATS = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl"}
 
@@ -37,11 +38,15 @@ class McapRecord(NamedTuple):
 
 def walk_records(content: bytes) -> Iterator[McapRecord]:
     """The whole records of a chunk's content; ValueError at the first that is not."""
-    offset = 0
+    offset = others = 0
     while offset < len(content):
         if offset + PREFIX.size > len(content):
             raise ValueError(f"ends within a record, at byte {offset} of it")
         opcode, size = PREFIX.unpack_from(content, offset)
+        if opcode != Opcode.MESSAGE:
+            others += 1
+            if others > MAXIMUM_OTHERS:
+                raise ValueError(f"holds more than {MAXIMUM_OTHERS} records beside messages")
         offset += PREFIX.size
         if offset + size > len(content):
             raise ValueError(f"ends within a record, {offset + size - len(content)} bytes short")

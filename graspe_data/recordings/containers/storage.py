@@ -28,6 +28,12 @@ class Storage(Protocol):
 
     losses: list[Loss]
     """What was found missing on opening."""
+    first_position: int
+    """What the positions of its messages begin after: where those of the file before end."""
+
+    @property
+    def positions(self) -> int:
+        """How many positions the messages of the file take at most."""
 
     @property
     def channels(self) -> Mapping[int, Channel]:
