@@ -8,7 +8,7 @@ from rosbags.typesys.store import Typestore
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.storage import Channel
-from graspe_data.recordings.message_types import begins_with_header, typestore_for, wire_layout
+from graspe_data.recordings.message_types import begins_with_header, resolve_type, wire_layout
 
 # ROS 1: seq u32, sec u32, nsec u32. CDR: four bytes of encapsulation, sec i32, nsec u32.
 ROS1_STAMP = Struct("<4xII")
@@ -25,20 +25,14 @@ class MessageDecoder:
         """Build the decoder by the channel's definition, or by the standard one."""
         self._channel = channel
         self._store: Typestore | None = None
-        self._fault = ""
+        self._fault = self.note = ""
         if channel.encoding not in ("ros1", "cdr"):
             self._fault = f"messages encoded as {channel.encoding!r}; only ros1 and cdr are decoded"
             return
-        try:
-            self._store = typestore_for(
-                channel.message_type,
-                channel.encoding,
-                channel.definition,
-                channel.definition_format,
-            )
-        except RecordingError as error:
-            self._fault = str(error)
-        else:
+        self._store, self._fault, self.note = resolve_type(
+            channel.message_type, channel.encoding, channel.definition, channel.definition_format
+        )
+        if self._store is not None:
             self._has_header = begins_with_header(self._store, channel.message_type)
 
     def decode(self, data: bytes | memoryview) -> object:
