@@ -24,9 +24,7 @@ def check_limits(types: Typesdict, message_type: str) -> None:
     _parts(types, message_type, {}, ())
 
 
-def _parts(
-    types: Typesdict, name: str, known: dict[str, int], outer: tuple[str, ...]
-) -> int:
+def _parts(types: Typesdict, name: str, known: dict[str, int], outer: tuple[str, ...]) -> int:
     if name in known:
         return known[name]
     if name in outer or len(outer) > MAXIMUM_NESTING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc, Typesdict
@@ -17,6 +17,7 @@ from graspe_data.recordings.definition_limits import check_limits, layout_digest
 from graspe_data.recordings.definition_text import parse_definition
 
 HEADER = "std_msgs/msg/Header"
+TIME = "builtin_interfaces/msg/Time"
 TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*)*/(msg|srv|action)/[A-Za-z]\w*", re.ASCII)
 UNDEFINED = (
     "the recording holds no definition of this type, and the standard ones do not have it. Record "
@@ -116,10 +117,15 @@ def _defined(
     return store
 
 
-def begins_with_header(store: Typestore, message_type: str) -> bool:
-    """Whether the first field of a type is a ``std_msgs/Header``."""
+def first_stamp(store: Typestore, message_type: str) -> Literal["header", "timestamp", ""]:
+    """What a type begins with: a ``std_msgs/Header``, a time named timestamp, or neither."""
     fields = store.fielddefs[message_type][1]
-    return bool(fields) and fields[0][1] == (Nodetype.NAME, HEADER)
+    if not fields:
+        return ""
+    name, kind = fields[0]
+    if kind == (Nodetype.NAME, HEADER):
+        return "header"
+    return "timestamp" if (name, kind) == ("timestamp", (Nodetype.NAME, TIME)) else ""
 
 
 def wire_layout(store: Typestore, message_type: str) -> bytes:

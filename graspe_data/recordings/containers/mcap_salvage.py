@@ -163,7 +163,8 @@ def _note_content(source: Source, scan: McapScan, span: ChunkSpan, limit: WorkLi
     records = 0
     walk = islice(walk_records(content), limit.records_left + 1)
     try:
-        for records, (opcode, offset, size) in enumerate(walk, 1):  # noqa: B007
+        for opcode, offset, size in walk:
+            records += 1
             if opcode == Opcode.MESSAGE and size >= MESSAGE_HEAD.size:
                 scan.counts[int.from_bytes(content[offset : offset + 2], "little")] += 1
             elif opcode != Opcode.MESSAGE and size < MAXIMUM_DEFINITION:

@@ -77,9 +77,7 @@ def scan_bag(source: Source) -> Scan:
     return Scan(counted, spans, places.losses)
 
 
-def _top_records(
-    source: Source, spans: list[ChunkSpan], places: SalvagePlaces
-) -> Iterator[Record]:
+def _top_records(source: Source, spans: list[ChunkSpan], places: SalvagePlaces) -> Iterator[Record]:
     """Yield the records outside chunks, and collect chunks and gaps on the way."""
     offset, resume, after_chunk = FIRST_RECORD, FIRST_RECORD, False
     while offset < source.size:
@@ -181,7 +179,8 @@ def _note_chunk(
     content, _ = read_content(source, span)
     records = 0
     try:
-        for records, record in enumerate(islice(walk_records(content), limit.records_left + 1), 1):
+        for record in islice(walk_records(content), limit.records_left + 1):
+            records += 1
             if record.op == CONNECTION:
                 stop = record.data_offset + record.data_size
                 _note_connection(channels, record, content[record.data_offset : stop])

@@ -127,9 +127,7 @@ def journal_pages(journal: BinaryIO, size: int) -> tuple[list[Page], int, int] |
     return (pages, *first) if first is not None else None
 
 
-def _journal_records(
-    journal: BinaryIO, count: int, page_size: int, nonce: int
-) -> Iterator[Page]:
+def _journal_records(journal: BinaryIO, count: int, page_size: int, nonce: int) -> Iterator[Page]:
     for _ in range(count):
         record = journal.read(page_size + 8)
         number = int.from_bytes(record[:4], "big")

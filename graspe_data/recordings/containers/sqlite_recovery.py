@@ -82,10 +82,7 @@ def recover(path: Path) -> RecoveredCopy | None:
                 _apply_log(beside, copy)
             else:
                 _roll_back(beside, copy)
-            if [_state(path), _state(beside)] != before:
-                raise RecordingError(
-                    f"{path}: is being written to while it is read. Stop the recorder first."
-                )
+            _check_still(path, [_state(path), _state(beside)] == before)
         except BaseException:
             copy.remove()
             raise
@@ -97,6 +94,13 @@ def recover(path: Path) -> RecoveredCopy | None:
 def _state(path: Path) -> tuple[int, int]:
     state = path.stat()
     return state.st_size, state.st_mtime_ns
+
+
+def _check_still(path: Path, still: bool) -> None:
+    if not still:
+        raise RecordingError(
+            f"{path}: is being written to while it is read. Stop the recorder first."
+        )
 
 
 def _check_space(path: Path) -> None:
