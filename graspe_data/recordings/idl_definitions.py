@@ -41,6 +41,7 @@ BASE_TYPES = {
     **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
 }
 LONGER = ("unsigned", "long", "short", "double")
+LONGEST = len("unsigned long long")
 OPERATORS: tuple[dict[str, Callable[[int, int], int]], ...] = (
     {"|": or_},
     {"^": xor},
@@ -148,8 +149,9 @@ class _Parser:
                 bound = self._value(scope, ADDITION)
                 self._text.expect(">")
             return (Nodetype.BASE, (word, bound))  # type: ignore[return-value, unused-ignore]
-        while word in LONGER and self._text.upcoming in LONGER:
-            word = f"{word} {self._text.next()}"[:24]
+        if word in LONGER:
+            while self._text.upcoming in LONGER and len(word) < LONGEST:
+                word = f"{word} {self._text.next()}"
         if word in BASE_TYPES:
             return (Nodetype.BASE, (BASE_TYPES[word], 0))  # type: ignore[return-value, unused-ignore]
         return self._named(word, scope)

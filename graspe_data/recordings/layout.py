@@ -14,7 +14,7 @@ import yaml
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
-from graspe_data.recordings.containers.sqlite_recovery import log_beside
+from graspe_data.recordings.containers.sqlite_recovery import log_beside, orphaned_log
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 
@@ -70,6 +70,7 @@ def find_layout(path: Path) -> Layout:
         raise RecordingError(
             f"{path}: neither a ROS 1 bag (#ROSBAG V2.0), nor MCAP, nor SQLite: it begins with "
             f"{_magic(readable[0])[:16]!r}. A recording is needed, or a folder with one."
+            f"{orphaned_log(path)}"
         )
     for file, name in zip(readable, formats, strict=True):
         if name != known:
@@ -131,6 +132,7 @@ def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> lis
     if not files:
         raise RecordingError(
             f"{folder}: no recording in it; expected one of {', '.join(SUFFIXES)}."
+            f"{orphaned_log(folder)}"
         )
     return files
 

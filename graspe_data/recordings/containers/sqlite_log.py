@@ -22,7 +22,7 @@ JOURNAL_MAGIC = b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7"
 JOURNAL_HEADER = Struct(">8s5I")
 ALL_RECORDS = 0xFFFFFFFF
 PAGE_SIZES = frozenset(1 << power for power in range(9, 17))
-TABLE_LEAF = 0x0D
+TABLE_LEAF = b"\x0d"
 FIRST_PAGE_HEADER = 100
 
 Sums = tuple[int, int]
@@ -65,12 +65,13 @@ def committed_end(log: BinaryIO, size: int, database_size: int) -> LogEnd:
     most_pages = (database_size + size) // page_size + 1
     end.page_size = page_size
     number = 0
-    while len(frame := log.read(FRAME_HEADER.size + page_size)) == FRAME_HEADER.size + page_size:
+    while len(frame := log.read(FRAME_HEADER.size + page_size)) >= FRAME_HEADER.size:
         place, pages, *frame_salts, one, two = FRAME_HEADER.unpack_from(frame)
         if frame_salts != salts:
             break
         number += 1
         content = frame[FRAME_HEADER.size :]
+        sound = sound and len(content) == page_size
         if sound:
             sums = _checksum(frame[:8] + content, sums, order)
             sound = sums == (one, two) and 0 < place <= most_pages and pages <= most_pages
@@ -172,7 +173,7 @@ def _highest_row(content: bytes, page: int) -> list[int]:
     start = FIRST_PAGE_HEADER if page == 1 else 0
     cells = int.from_bytes(content[start + 3 : start + 5], "big")
     pointer = start + 8 + 2 * (cells - 1)
-    if content[start] != TABLE_LEAF or not cells or pointer + 2 > len(content):
+    if content[start : start + 1] != TABLE_LEAF or not cells or pointer + 2 > len(content):
         return []
     cell = int.from_bytes(content[pointer : pointer + 2], "big")
     _, after = _varint(content, cell)

@@ -62,6 +62,24 @@ def log_beside(path: Path) -> Path | None:
     return None
 
 
+def orphaned_log(path: Path) -> str:
+    """What to say of a log or journal without its database; empty where there is none.
+
+    Args:
+        path: The log itself, or a folder without a recording.
+    """
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    for file in files:
+        for suffix in (LOG, JOURNAL):
+            database = file.name.removesuffix(suffix)
+            if file.name.endswith(f".db3{suffix}") and not file.with_name(database).exists():
+                return (
+                    f" {file.name} belongs to the database {database}, which is missing here; "
+                    f"copy it from the robot too."
+                )
+    return ""
+
+
 def recover(path: Path) -> RecoveredCopy | None:
     """Copy a database and bring the copy to its last commit; None where nothing lies beside it.
 
