@@ -116,6 +116,8 @@ def content(fields: Fields, name: str) -> NDArray[np.uint8]:
 
 def time(fields: Fields, name: str = "timestamp") -> tuple[int, int]:
     """Seconds and nanoseconds; ValueError where the message has no stamp."""
+    if name not in fields:
+        raise ValueError(f"the message has no {name}")
     stamp = group(fields, name)
     seconds = next((key for key in SECONDS if key in stamp), SECONDS[0])
     nanoseconds = next((key for key in NANOSECONDS if key in stamp), NANOSECONDS[0])
