@@ -16,8 +16,9 @@ from graspe_data.recordings import open_recording
 from graspe_data.recordings.definition_text import parse_definition
 from graspe_data.recordings.idl_definitions import parse_idl
 from graspe_data.recordings.message_decoder import MessageDecoder
-from graspe_data.recordings.message_types import message_classes, resolve_type
+from graspe_data.recordings.message_types import default_typestore, message_classes, resolve_type
 from graspe_data.recordings.recording import MAXIMUM_DEFINITIONS
+from tests.graspe_data.recordings.idl_text import idl_text
 
 LINE = "=" * 80
 VECTOR = "module geometry_msgs { module msg { struct Vector3 { double x; double y; double z; }; }; };"
@@ -79,6 +80,14 @@ def test_idl_gives_the_fields_that_rosbags_gives() -> None:
         assert ours.keys() == theirs.keys()
         for name, fields in theirs.items():
             assert ours[name] == fields, name
+
+
+def test_idl_of_every_standard_type_gives_its_fields() -> None:
+    types = default_typestore("cdr").fielddefs
+    written = [name for name in types if types[name][1]]
+    assert len(written) > 150
+    for name in written:
+        assert parse_idl(idl_text(name))[name][1] == types[name][1], name
 
 
 @given(st.integers(1, 40), st.integers(1, 9), st.sampled_from(["+", "*", "-", "|", "&", "^", "<<"]))
