@@ -28,7 +28,7 @@ CONTAINERS: tuple[Container, ...] = ("bag", "db3", "mcap")
 SAMPLE, SOAK = 50, 667
 PEAK_MIB = 600
 CHUNK = 1 << 15
-SAMPLED = ("points", "intensity")
+SAMPLED = ("points", "intensity", "smoothness", "r_edge", "r_planar", "r_point")
 ROOT = Path(__file__).resolve().parents[2]
 OUT_OF_MEMORY = re.compile(r"MemoryError|[Cc]annot allocate|[Uu]nable to allocate|out of memory")
 
