@@ -14,6 +14,7 @@ import yaml
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
+from graspe_data.recordings.containers.sqlite_recovery import log_beside, orphaned_log
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.parts import join_parts, parts_of
@@ -23,6 +24,8 @@ SHOWN = 5
 SUFFIXES = (".bag", ".bag.active", ".mcap", ".mcap.zstd", ".db3", ".db3.zstd")
 MAGICS: tuple[tuple[bytes, Literal["rosbag1", "sqlite3", "mcap"]], ...] = (
     (b"#ROSBAG V", "rosbag1"),
+    (b"#ROSRECORD V", "rosbag1"),
+    (b"#ROSLOG V", "rosbag1"),
     (b"\x89MCAP0\r\n", "mcap"),
     (b"SQLite format 3\0", "sqlite3"),
 )
@@ -65,6 +68,7 @@ def find_layout(path: Path) -> Layout:
         raise RecordingError(
             f"{path}: neither a ROS 1 bag (#ROSBAG V2.0), nor MCAP, nor SQLite: it begins with "
             f"{_magic(readable[0])[:16]!r}. A recording is needed, or a folder with one."
+            f"{orphaned_log(path)}"
         )
     for file, name in zip(readable, formats, strict=True):
         if name != known:
@@ -151,6 +155,7 @@ def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> lis
     if not files:
         raise RecordingError(
             f"{folder}: no recording in it; expected one of {', '.join(SUFFIXES)}."
+            f"{orphaned_log(folder)}"
         )
     return files if (folder / "metadata.yaml").exists() else _the_one(folder, files, losses)
 
@@ -207,13 +212,19 @@ def _format_of(path: Path) -> Literal["rosbag1", "sqlite3", "mcap"] | None:
             return name
     if path.name.endswith((".bag", ".bag.active")):
         return "rosbag1" if magic else None
+    if path.name.endswith(".db3") and not magic and log_beside(path) is not None:
+        return "sqlite3"
     return "mcap" if path.name.endswith(".mcap") and magic else None
 
 
 def _note_metadata(layout: Layout, metadata: dict[str, Any]) -> None:
     """Keep what metadata.yaml says of topics and counts, as far as it makes sense."""
     if str(metadata.get("compression_mode") or "").lower() == "message":
-        layout.compressed_messages = True
+        kind = str(metadata.get("compression_format") or "zstd").lower()
+        layout.compressed_messages = True if kind == "zstd" else None
+        if kind != "zstd":
+            reason = f"its messages are compressed by {kind[:20]!r}, of which only zstd is read"
+            layout.losses.append(Loss(f"metadata.yaml: {reason}"))
     entries = metadata.get("topics_with_message_count")
     for entry in entries if isinstance(entries, list) else []:
         try:

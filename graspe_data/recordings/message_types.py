@@ -5,20 +5,24 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Literal, NamedTuple
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc, Typesdict
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.definition_limits import check_limits, layout_digest
+from graspe_data.recordings.definition_text import parse_definition
 
 HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
 TYPE_NAME = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*)*/(msg|srv|action)/[A-Za-z]\w*", re.ASCII)
-MAXIMUM_DEFINITION = 1 << 20
-MAXIMUM_ARRAY = 1 << 16
+UNDEFINED = (
+    "the recording holds no definition of this type, and the standard ones do not have it. Record "
+    "with a format that keeps definitions (MCAP, or db3 of ROS 2 Iron and later)."
+)
 
 # Types that recordings are full of and the stores of rosbags do not hold.
 TRANSFORMS = "geometry_msgs/TransformStamped[] transforms\n"
@@ -65,10 +69,19 @@ def message_classes() -> Mapping[str, type]:
     return default_typestore("cdr").types
 
 
-def typestore_for(
+class MessageType(NamedTuple):
+    """What decodes a type: a store or the fault; and what the user should know of the choice."""
+
+    store: Typestore | None
+    fault: str = ""
+    note: str = ""
+
+
+@functools.lru_cache(maxsize=256)
+def resolve_type(
     message_type: str, encoding: str, definition: str, definition_format: str
-) -> Typestore:
-    """Build the store that decodes one message type.
+) -> MessageType:
+    """Find what decodes a type; the same definition is parsed once.
 
     Args:
         message_type: ``package/msg/Name``.
@@ -76,77 +89,64 @@ def typestore_for(
         definition: The text in the recording; empty falls back to the default store.
         definition_format: ``msg`` or ``idl``.
 
-    Raises:
-        RecordingError: The definition does not parse, or there is none and the type is unknown.
+    Returns:
+        By the definition, else by the standard type of that name, else a fault.
     """
     default = default_typestore(encoding)
     if not definition.strip():
-        return _known(default, message_type)
+        if message_type in default.fielddefs:
+            return MessageType(default)
+        return MessageType(None, f"{message_type}: {UNDEFINED}")
     try:
-        fields = _parse(message_type, definition, definition_format)
-        complete = _with_nested(fields, message_type, default)
-        if all(_same(default, name, fields) for name in complete):
-            return default
-        store = get_typestore(Stores.EMPTY)
-        store.register(complete)
-        store.get_msgdef(message_type)
-    except RecordingError:
-        raise
-    except Exception as error:
-        raise RecordingError(
-            f"{message_type}: the definition in the recording does not parse: "
-            f"{_first_line(error)}. Record again, or remove the definition so that the "
-            f"standard one is used."
-        ) from error
+        return MessageType(_defined(message_type, default, definition, definition_format))
+    except RecordingError as error:
+        fault = str(error)
+    except Exception as error:  # noqa: BLE001 - whatever a broken text leads to
+        fault = f"{message_type}: its definition does not parse: {_first_line(error)}."
+    if message_type in default.fielddefs:
+        return MessageType(default, note=f"{fault} The standard {message_type} is used.")
+    return MessageType(
+        None,
+        f"{fault} There is no standard type of this name. Record again, or with its definition as "
+        f".msg text.",
+    )
+
+
+def _defined(
+    message_type: str, default: Typestore, definition: str, definition_format: str
+) -> Typestore:
+    """The default store where it says the same as the definition, else one of its own."""
+    if not TYPE_NAME.fullmatch(message_type):
+        raise RecordingError(f"{message_type[:80]!r}: not the name of a message type.")
+    fields = parse_definition(message_type, definition, definition_format)
+    complete = _with_nested(fields, message_type, default)
+    if all(_same(default, name, fields) for name in complete):
+        return default
+    check_limits(complete, message_type)
+    store = get_typestore(Stores.EMPTY)
+    store.register(complete)
+    store.get_msgdef(message_type)
     return store
 
 
-def begins_with_header(store: Typestore, message_type: str) -> bool:
-    """Whether the first field of a type is a ``std_msgs/Header``."""
+def first_stamp(store: Typestore, message_type: str) -> Literal["header", "timestamp", ""]:
+    """What a type begins with: a ``std_msgs/Header``, a time in its place, or neither."""
     fields = store.fielddefs[message_type][1]
-    return bool(fields) and fields[0][1] == (Nodetype.NAME, HEADER)
+    if not fields:
+        return ""
+    name, kind = fields[0]
+    if kind == (Nodetype.NAME, HEADER):
+        return "header"
+    bare = name in ("timestamp", "stamp") and kind == (Nodetype.NAME, TIME)
+    return "timestamp" if bare else ""
 
 
-def begins_with_stamp(store: Typestore, message_type: str) -> bool:
-    """Whether a type has its stamp in place of a header, as Foxglove's types do."""
-    fields = store.fielddefs[message_type][1]
-    named = bool(fields) and fields[0][0] in ("timestamp", "stamp")
-    return named and fields[0][1] == (Nodetype.NAME, TIME)
-
-
-def wire_layout(store: Typestore, message_type: str) -> tuple[Any, ...]:
-    """The fields of a type as they lie on the wire, without names: equal ones read alike.
+def wire_layout(store: Typestore, message_type: str) -> bytes:
+    """A digest of the fields of a type as they lie on the wire: equal ones read alike.
 
     A header is one item, since only ROS 1 writes its sequence number.
     """
-    if message_type == HEADER:
-        return (HEADER,)
-    return tuple(_wire(store, field) for _, field in store.fielddefs[message_type][1])
-
-
-def _wire(store: Typestore, field: Any) -> Any:
-    kind, detail = field
-    if kind == Nodetype.NAME:
-        return wire_layout(store, detail)
-    return field if kind == Nodetype.BASE else (kind, _wire(store, detail[0]), detail[1])
-
-
-def _known(default: Typestore, message_type: str) -> Typestore:
-    if message_type not in default.fielddefs:
-        raise RecordingError(
-            f"{message_type}: the recording holds no definition of this type, and the standard "
-            f"ones do not have it. Record with a format that keeps definitions (MCAP, or db3 of "
-            f"ROS 2 Iron and later)."
-        )
-    return default
-
-
-def _parse(message_type: str, definition: str, definition_format: str) -> Typesdict:
-    if not TYPE_NAME.fullmatch(message_type) or len(definition) > MAXIMUM_DEFINITION:
-        raise RecordingError(f"{message_type[:80]!r}: not the name of a message type.")
-    if definition_format == "idl":
-        return get_types_from_idl(definition)
-    return get_types_from_msg(definition, message_type)
+    return layout_digest(store.fielddefs, message_type, HEADER)
 
 
 def _with_nested(fields: Typesdict, message_type: str, default: Typestore) -> Typesdict:
@@ -171,9 +171,7 @@ def _references(field: FieldDesc) -> Iterator[str]:
     if field[0] == Nodetype.NAME:
         yield str(field[1])
     elif field[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        inner, count = field[1]
-        if field[0] == Nodetype.ARRAY and int(count) > MAXIMUM_ARRAY:  # type: ignore[arg-type, unused-ignore]
-            raise RecordingError(f"An array of {count} elements in a definition is refused.")
+        inner, _ = field[1]
         yield from _references(inner)  # type: ignore[arg-type, unused-ignore]
 
 

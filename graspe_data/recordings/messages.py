@@ -30,7 +30,7 @@ class TopicInfo:
     name: str
     message_type: str
     encoding: str
-    """``ros1`` or ``cdr``."""
+    """``ros1``, ``cdr``, ``json`` or ``protobuf``; others are listed and not decoded."""
     count: int | None = None
 
 

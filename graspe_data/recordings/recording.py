@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Self
 
@@ -18,6 +19,8 @@ from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
 
 Format = Literal["rosbag1", "sqlite3", "mcap"]
 
+# Beyond that, types are taken by their names; real recordings have a tenth.
+MAXIMUM_DEFINITIONS = 4 << 20
 MAGIC = {"rosbag1": b"#ROSBAG V", "mcap": b"\x89MCAP"}
 
 
@@ -54,6 +57,7 @@ class Recording:
         self._opening: list[Loss] = list(layout.losses)
         self._pass: list[Loss] = []
         self._decoders: dict[Channel, MessageDecoder] = {}
+        self._definitions: set[str] = set()
         self._storages = self._open_storages()
         self._channels = self._join_channels()
         self.topics: Mapping[str, TopicInfo] = {
@@ -64,6 +68,12 @@ class Recording:
     def losses(self) -> list[Loss]:
         """What is missing: found on opening, and in the last pass of `messages`."""
         return [*self._opening, *self._pass]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided on reading, and costs no message: each with its topic."""
+        found = [(topic, self._decoder(channel).note) for topic, channel in self._channels.items()]
+        return tuple(f"{topic}: {note}" for topic, note in sorted(found) if note)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of some topics, or of all, the same ones each time.
@@ -127,14 +137,22 @@ class Recording:
                 self._opening.append(Loss(str(error)))
         if faults and not storages:
             raise faults[0]
+        position = 0
         for storage in storages:
             self._opening += storage.losses
+            storage.first_position = position
+            position += storage.positions
         return storages
 
     def _open_storage(self, path: Path) -> Storage:
+        compressed = self._layout.compressed_messages
         if self.format == "sqlite3":
-            return SqliteStorage(path, compressed_messages=self._layout.compressed_messages)
-        storage: Storage = BagStorage(path) if self.format == "rosbag1" else McapStorage(path)
+            return SqliteStorage(path, compressed_messages=compressed)
+        storage: Storage = (
+            BagStorage(path, compressed_messages=False)
+            if self.format == "rosbag1"
+            else McapStorage(path, compressed_messages=compressed)
+        )
         if not storage.channels and not _begins_with(path, MAGIC[self.format]):
             storage.close()
             raise RecordingError(
@@ -204,14 +222,21 @@ class Recording:
 
     def _reads_alike(self, channel: Channel) -> bool:
         expected = self._channels[channel.topic]
-        if (channel.message_type, channel.encoding) == (expected.message_type, expected.encoding):
+        if _kind(channel) == _kind(expected):
             return True
         return self._decoder(channel).reads_alike(self._decoder(expected))
 
     def _decoder(self, channel: Channel) -> MessageDecoder:
         if channel not in self._decoders:
-            self._decoders[channel] = MessageDecoder(channel)
+            self._definitions.add(channel.definition)
+            spent = sum(len(text) for text in self._definitions)
+            kept = channel if spent <= MAXIMUM_DEFINITIONS else replace(channel, definition="")
+            self._decoders[channel] = MessageDecoder(kept)
         return self._decoders[channel]
+
+
+def _kind(channel: Channel) -> tuple[str, str, str]:
+    return channel.message_type, channel.encoding, channel.schema
 
 
 def _begins_with(path: Path, magic: bytes) -> bool:

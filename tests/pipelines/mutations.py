@@ -23,7 +23,7 @@ def damaged_copy(source: Path, target: Path, generator: Random) -> tuple[str, ..
         return damage_file(target, generator)
     shutil.copytree(source, target)
     files = sorted(path for path in target.iterdir() if path.name != "metadata.yaml")
-    if generator.random() < METADATA_SHARE:
+    if generator.random() < METADATA_SHARE and (target / "metadata.yaml").exists():
         files = [target / "metadata.yaml"]
     return damage_file(files[int(generator.integers(len(files)))], generator)
 

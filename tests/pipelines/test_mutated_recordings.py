@@ -20,12 +20,15 @@ from graspe_data.simulation.recorded_truth import truth_path
 from graspe_data.simulation.recording import record_drive
 from graspe_data.simulation.simulated_drive import SimulatedDrive
 from pipelines.dataset_settings import DatasetRecipe
+from pipelines.process_recording import Episode, RecordingTask, process_recording
 from tests.conftest import GardenDrive
+from tests.pipelines.recorded_variants import write_variants
 
 CONTAINERS: tuple[Container, ...] = ("bag", "db3", "mcap")
 SAMPLE, SOAK = 50, 667
 PEAK_MIB = 600
 CHUNK = 1 << 15
+SAMPLED = ("points", "intensity", "smoothness", "r_edge", "r_planar", "r_point")
 ROOT = Path(__file__).resolve().parents[2]
 OUT_OF_MEMORY = re.compile(r"MemoryError|[Cc]annot allocate|[Uu]nable to allocate|out of memory")
 
@@ -84,6 +87,28 @@ def sound(
 
 
 @pytest.mark.parametrize("container", CONTAINERS)
+def test_every_sound_one_gives_the_same_rows(
+    container: Container, recipe: DatasetRecipe, sound: Path, tmp_path: Path
+) -> None:
+    found = {}
+    for path in sorted(sound.iterdir()):
+        result = process_recording(RecordingTask(path, recipe, tmp_path / path.name))
+        assert isinstance(result, Episode), result
+        assert not result.extracted.losses, path.name
+        found[path.name] = _rows(tmp_path / path.name)
+    first = next(iter(found.values()))
+    assert first
+    for name, columns in found.items():
+        assert {column for column in first if columns[column] != first[column]} == set(), name
+
+
+def _rows(episodes: Path) -> dict[str, bytes]:
+    """The columns of an episode by their file, but for those that sample by its digest."""
+    files = [path for path in sorted(episodes.rglob("*.npy")) if path.stem not in SAMPLED]
+    return {path.name: path.read_bytes() for path in files}
+
+
+@pytest.mark.parametrize("container", CONTAINERS)
 def test_every_damaged_recording_ends_in_rows_or_a_reason(
     container: Container, recipe: DatasetRecipe, sound: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,6 +144,7 @@ def _write_sound_recordings(folder: Path, container: Container, driven: Simulate
         path = folder / f"{compression}{'.bag' if container == 'bag' else ''}"
         record_drive(driven, path, container, compression)
         truth_path(path).unlink()
+    write_variants(folder, container)
 
 
 def _run(folder: Path, numbers: range) -> Iterator[Case]:

@@ -7,10 +7,12 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice, pairwise
 
 from graspe_data.recordings.containers.decompression import MAXIMUM_SIZE, decompress
 from graspe_data.recordings.containers.source import Source
 from graspe_data.recordings.containers.storage import MAXIMUM_TIME, Channel
+from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.messages import Loss, RawMessage
 
 PENDING = 256 << 20
@@ -38,11 +40,16 @@ class ChunkSpan:
 class ChunkReader:
     """Reads the messages of the chunks of one file."""
 
-    def __init__(self, source: Source, channels: Mapping[int, Channel], walk: Walk) -> None:
-        """Read from a file, by its channels and the walk of its format."""
+    def __init__(
+        self, source: Source, channels: Mapping[int, Channel], walk: Walk, first_position: int = 0
+    ) -> None:
+        """Read from a file, by its channels and the walk of its format; one pass."""
         self.source = source
         self.channels = channels
         self.walk = walk
+        self.first_position = first_position
+        self.limit = WorkLimit(source.path, source.size)
+        self._positions: dict[int, int] = {}
 
     def messages(
         self, spans: Sequence[ChunkSpan], wanted: Collection[int], losses: list[Loss]
@@ -52,6 +59,7 @@ class ChunkReader:
         Chunks that overlap in time are merged; no more than 256 MiB wait for that, then order
         gives way to memory.
         """
+        self._positions = first_positions(spans, self.first_position)
         if any(span.start_ns is None for span in spans):
             for span in spans:
                 yield from self._read(span, wanted, losses)
@@ -76,8 +84,10 @@ class ChunkReader:
         messages: list[RawMessage] = []
         seen: Counter[int] = Counter()
         unknown: Counter[str] = Counter()
+        position = first = self._positions[span.offset]
+        walk = islice(self.walk(content), self.limit.records_left + 1)
         try:
-            for channel, time_ns, data in self.walk(content):
+            for position, (channel, time_ns, data) in enumerate(walk, first + 1):
                 known = self.channels.get(channel)
                 if known is None or time_ns > MAXIMUM_TIME:
                     unknown[
@@ -86,9 +96,10 @@ class ChunkReader:
                     continue
                 seen[channel] += 1
                 if channel in wanted:
-                    messages.append(RawMessage(known.topic, time_ns, data))
+                    messages.append(RawMessage(known.topic, time_ns, data, position))
         except ValueError as error:
             fault = fault or str(error)
+        self.limit.spend(len(content), position - first)
         losses += self._losses(span, fault, seen, messages)
         losses += [
             Loss(f"{self._where(span)} has messages of {what}", None, count)
@@ -124,6 +135,29 @@ class ChunkReader:
 
     def _where(self, span: ChunkSpan) -> str:
         return f"{self.source.path.name}: the chunk at byte {span.offset}"
+
+
+def first_positions(spans: Sequence[ChunkSpan], first: int) -> dict[int, int]:
+    """What the positions of a chunk's messages begin after, by the chunk's offset.
+
+    A chunk gets as many as it could have messages: one a byte of its content.
+    """
+    positions = {}
+    for span in sorted(spans, key=lambda span: span.offset):
+        positions[span.offset] = first
+        first += positions_of(span)
+    return positions
+
+
+def positions_of(span: ChunkSpan) -> int:
+    """How many positions a chunk gets."""
+    return min(span.declared, MAXIMUM_SIZE)
+
+
+def overlapping(spans: Sequence[ChunkSpan]) -> bool:
+    """Whether two chunks claim the same bytes of the file."""
+    ordered = sorted(spans, key=lambda span: span.offset)
+    return any(before.offset + before.size > span.offset for before, span in pairwise(ordered))
 
 
 def read_content(source: Source, span: ChunkSpan) -> tuple[bytes, str | None]:

@@ -42,7 +42,7 @@ def decompress(data: bytes, compression: str, declared: int) -> tuple[bytes, str
     return _collect(_stream_pieces(data, compression, declared), declared)
 
 
-def decompress_message(data: bytes) -> bytes:
+def decompress_message(data: bytes | memoryview) -> bytes:
     """Decompress the zstd payload of one message.
 
     Raises:
@@ -53,7 +53,7 @@ def decompress_message(data: bytes) -> bytes:
     except zstandard.ZstdError as error:
         raise ValueError(f"the zstd payload is damaged ({error})") from error
     known = declared >= 0
-    content, fault = decompress(data, "zstd", declared if known else FLOOR)
+    content, fault = decompress(bytes(data), "zstd", declared if known else FLOOR)
     if fault is not None and (known or not fault.startswith("gives")):
         raise ValueError(f"the zstd payload {fault}")
     return content

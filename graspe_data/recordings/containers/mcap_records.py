@@ -17,12 +17,23 @@ from mcap.records import Schema
 
 from graspe_data.recordings.containers.chunks import ChunkSpan
 from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.foxglove.decoder import ENCODINGS
+from graspe_data.recordings.foxglove.messages import KINDS
 from graspe_data.recordings.message_types import normalise_type
 
 MAGIC = b"\x89MCAP0\r\n"
 PREFIX = Struct("<BQ")
 MESSAGE_HEAD = Struct("<HIQQ")
 CHUNK_HEAD = Struct("<QQQII")
+MAXIMUM_OTHERS = 1 << 16
+IMPLIED_ENCODINGS = {
+    "ros1msg": "ros1",
+    "ros2msg": "cdr",
+    "ros2idl": "cdr",
+    "omgidl": "cdr",
+    "protobuf": "protobuf",
+    "jsonschema": "json",
+}
 CHUNK_COMPRESSIONS = (b"", b"lz4", b"zstd")
 DEFINITION_FORMATS = {"ros1msg": "msg", "ros2msg": "msg", "ros2idl": "idl", "omgidl": "idl"}
 
@@ -37,11 +48,15 @@ class McapRecord(NamedTuple):
 
 def walk_records(content: bytes) -> Iterator[McapRecord]:
     """The whole records of a chunk's content; ValueError at the first that is not."""
-    offset = 0
+    offset = others = 0
     while offset < len(content):
         if offset + PREFIX.size > len(content):
             raise ValueError(f"ends within a record, at byte {offset} of it")
         opcode, size = PREFIX.unpack_from(content, offset)
+        if opcode != Opcode.MESSAGE:
+            others += 1
+            if others > MAXIMUM_OTHERS:
+                raise ValueError(f"holds more than {MAXIMUM_OTHERS} records beside messages")
         offset += PREFIX.size
         if offset + size > len(content):
             raise ValueError(f"ends within a record, {offset + size - len(content)} bytes short")
@@ -104,14 +119,29 @@ class ChannelTable:
 
     def add_channel(self, channel: McapChannel) -> None:
         """Add a channel, by the schemas added so far."""
-        schema = self._schemas.get(channel.schema_id)
-        self.channels.setdefault(
-            channel.id,
-            Channel(
+        schema = self._schemas.get(channel.schema_id) or Schema(0, b"", "", "")
+        encoding = channel.message_encoding or IMPLIED_ENCODINGS.get(schema.encoding, "")
+        if encoding in ENCODINGS:
+            described = _foreign(channel.topic, encoding, schema)
+        else:
+            described = Channel(
                 channel.topic,
-                normalise_type(schema.name) if schema is not None else "",
-                channel.message_encoding,
-                schema.data.decode(errors="replace") if schema is not None else "",
-                DEFINITION_FORMATS.get(schema.encoding, "msg") if schema is not None else "msg",
-            ),
-        )
+                normalise_type(schema.name),
+                encoding,
+                schema.data.decode(errors="replace"),
+                DEFINITION_FORMATS.get(schema.encoding, "msg"),
+            )
+        self.channels.setdefault(channel.id, described)
+
+
+def _foreign(topic: str, encoding: str, schema: Schema) -> Channel:
+    """A channel of an encoding that is not of ROS, by the ROS type that says the same."""
+    message_type, _ = KINDS.get(schema.name, (schema.name, None))
+    return Channel(
+        topic,
+        message_type,
+        encoding,
+        schema.data.decode("latin-1"),
+        schema.encoding,
+        schema=schema.name,
+    )

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from io import BytesIO
+from itertools import islice
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -22,7 +23,9 @@ from graspe_data.recordings.containers.mcap_records import (
     chunk_span,
     walk_records,
 )
+from graspe_data.recordings.containers.salvage_places import SalvagePlaces, end_at
 from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.messages import Loss
 
 HEAD = 64
@@ -33,7 +36,9 @@ LAST_OPCODE = int(Opcode.DATA_END)
 LOOSE = (int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE))
 # A chunk record: opcode, length below 2^40, two times, size below 2^40, checksum, compression.
 CHUNK_MARK = re.compile(
-    rb"\x06.{5}\0{3}.{16}.{5}\0{3}.{4}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0).{5}\0{3}", re.DOTALL
+    rb"\x06(?=.{5}\0{3}.{16}.{5}\0{3}.{4}"
+    rb"(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0).{5}\0{3})",
+    re.DOTALL,
 )
 
 
@@ -46,6 +51,8 @@ class McapScan:
     losses: list[Loss] = field(default_factory=list)
     counts: Counter[int] = field(default_factory=Counter)
     expected: dict[int, int] = field(default_factory=dict)
+    index_counts: dict[int, int] = field(default_factory=dict)
+    """Those of the last chunk."""
     ended: bool = False
 
 
@@ -55,6 +62,7 @@ def scan_mcap(source: Source) -> McapScan:
     Every chunk is decompressed once, for the channels that only it may define and for counts.
     """
     scan = McapScan()
+    places = SalvagePlaces(source, lambda file: file.search_all(CHUNK_MARK))
     offset = resume = len(MAGIC)
     while offset < source.size and not scan.ended:
         record = _record_at(source, offset)
@@ -64,19 +72,19 @@ def scan_mcap(source: Source) -> McapScan:
             if record.offset + record.size <= source.size:
                 offset = record.offset + record.size
                 continue
-        following = source.search(CHUNK_MARK, resume)
-        stop = source.size if following is None else following
-        _close_cut_chunk(scan, record, stop)
-        end = "its end" if following is None else f"the chunk at byte {stop}"
-        scan.losses.append(
-            Loss(f"{source.path.name}: broken or cut at byte {offset}, read again from {end}")
-        )
-        offset = stop
-        resume = stop + 1
+        elif scan.spans and scan.spans[-1].offset > resume and places.is_sound(scan.spans[-1]):
+            resume = offset
+        following = places.next_chunk(resume)
+        places.note_gap(offset, following)
+        offset = source.size if following is None else following
+        end_at(scan.spans, offset)
+        resume = offset + 1
+    scan.losses += places.losses
     if not scan.ended and not scan.losses:
         scan.losses.append(Loss(f"{source.path.name}: cut at byte {source.size}, without footer"))
+    limit = WorkLimit(source.path, source.size)
     for span in scan.spans:
-        _note_content(source, scan, span)
+        _note_content(source, scan, span, limit)
     scan.losses += _unfound(source, scan)
     return scan
 
@@ -110,7 +118,8 @@ def _note(source: Source, scan: McapScan, record: McapRecord) -> None:
     if record.opcode == Opcode.CHUNK:
         span = chunk_span(source.read(record.offset, HEAD), record.offset, available)
         if span is not None:
-            scan.spans.append(replace(span, start_ns=None))
+            scan.index_counts = {}
+            scan.spans.append(replace(span, start_ns=None, counts=scan.index_counts))
     elif record.opcode == Opcode.MESSAGE_INDEX and scan.spans:
         _note_index(source, scan, record)
     elif record.opcode == Opcode.STATISTICS and available == record.size:
@@ -124,8 +133,7 @@ def _note_index(source: Source, scan: McapScan, record: McapRecord) -> None:
     head = source.read(record.offset, 6)
     channel, size = int.from_bytes(head[:2], "little"), int.from_bytes(head[2:], "little")
     if size + len(head) == record.size:
-        counts = {**scan.spans[-1].counts, channel: size // INDEX_ENTRY}
-        scan.spans[-1] = replace(scan.spans[-1], counts=counts)
+        scan.index_counts[channel] = size // INDEX_ENTRY
 
 
 def _note_statistics(scan: McapScan, content: bytes) -> None:
@@ -150,23 +158,17 @@ def _is_loose(span: ChunkSpan) -> bool:
     return span.stop_ns is None and span.size < LOOSE_RUN
 
 
-def _close_cut_chunk(scan: McapScan, record: McapRecord | None, stop: int) -> None:
-    """A chunk that claims to reach past the file ends where the next one begins."""
-    if record is not None and record.opcode == Opcode.CHUNK and scan.spans:
-        last = scan.spans[-1]
-        if last.offset > record.offset:
-            scan.spans[-1] = replace(
-                last, size=max(0, min(last.size, stop - last.offset)), cut=True
-            )
-
-
-def _note_content(source: Source, scan: McapScan, span: ChunkSpan) -> None:
+def _note_content(source: Source, scan: McapScan, span: ChunkSpan, limit: WorkLimit) -> None:
     content, _ = read_content(source, span)
+    records = 0
+    walk = islice(walk_records(content), limit.records_left + 1)
     try:
-        for opcode, offset, size in walk_records(content):
+        for opcode, offset, size in walk:
+            records += 1
             if opcode == Opcode.MESSAGE and size >= MESSAGE_HEAD.size:
                 scan.counts[int.from_bytes(content[offset : offset + 2], "little")] += 1
             elif opcode != Opcode.MESSAGE and size < MAXIMUM_DEFINITION:
                 scan.table.note(opcode, content[offset : offset + size])
     except ValueError:
-        return
+        pass
+    limit.spend(len(content), records)

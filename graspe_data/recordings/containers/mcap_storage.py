@@ -11,7 +11,7 @@ from mcap.stream_reader import StreamReader
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.chunked_storage import ChunkedStorage
-from graspe_data.recordings.containers.chunks import ChunkSpan
+from graspe_data.recordings.containers.chunks import ChunkSpan, overlapping
 from graspe_data.recordings.containers.mcap_records import (
     MAGIC,
     PREFIX,
@@ -67,8 +67,8 @@ def read_summary(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
     if not summary.chunks and (statistics is None or statistics.message_count > 0):
         raise ValueError("the summary lists no chunks")
     spans = [_indexed_span(source, index) for index in summary.chunks]
-    if len({span.offset for span in spans}) < len(spans):
-        raise ValueError("the summary lists a chunk twice")
+    if overlapping(spans):
+        raise ValueError("the summary lists chunks that claim the same bytes")
     counts = dict(statistics.channel_message_counts) if statistics is not None else {}
     used = {channel for span in spans for channel in span.counts}
     if missing := used - summary.table.channels.keys():

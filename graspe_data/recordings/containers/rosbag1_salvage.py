@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from graspe_data.recordings.containers.chunks import ChunkSpan, read_content
 from graspe_data.recordings.containers.rosbag1_records import (
@@ -22,8 +23,10 @@ from graspe_data.recordings.containers.rosbag1_records import (
     u32,
     walk_records,
 )
+from graspe_data.recordings.containers.salvage_places import SalvagePlaces, end_at
 from graspe_data.recordings.containers.source import Source
 from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 
@@ -52,49 +55,48 @@ def scan_bag(source: Source) -> Scan:
     """
     channels: dict[int, Channel] = {}
     spans: list[ChunkSpan] = []
-    losses: list[Loss] = []
-    for record in _top_records(source, spans, losses):
+    places = SalvagePlaces(source, _chunks)
+    index_counts: dict[int, int] = {}
+    for record in _top_records(source, spans, places):
         if record.op == CONNECTION:
             data = source.read(record.data_offset, record.data_size)
             _note_connection(channels, record, data)
+        elif record.op == CHUNK:
+            index_counts = {}
+            spans[-1] = replace(spans[-1], counts=index_counts)
         elif record.op == INDEX and spans:
-            spans[-1] = _with_count(source, spans[-1], record)
+            spans[-1] = _with_count(source, spans[-1], index_counts, record)
     counts: Counter[int] = Counter()
+    limit = WorkLimit(source.path, source.size)
     for span in spans:
-        counts.update(_note_chunk(source, span, channels))
+        _note_chunk(source, span, channels, counts, limit)
     counted = {
         number: replace(channel, count=counts[number])
         for number, channel in sorted(channels.items())
     }
-    return Scan(counted, spans, losses)
+    return Scan(counted, spans, places.losses)
 
 
-def _top_records(source: Source, spans: list[ChunkSpan], losses: list[Loss]) -> Iterator[Record]:
+def _top_records(source: Source, spans: list[ChunkSpan], places: SalvagePlaces) -> Iterator[Record]:
     """Yield the records outside chunks, and collect chunks and gaps on the way."""
-    offset, resume, open_chunk = FIRST_RECORD, FIRST_RECORD, False
+    offset, resume, after_chunk = FIRST_RECORD, FIRST_RECORD, False
     while offset < source.size:
         record = _record_at(source, offset)
         if record is not None:
-            stop = record.data_offset + record.data_size
-            open_chunk = record.op == CHUNK
-            resume = record.data_offset if open_chunk else offset + 1
-            if open_chunk:
+            after_chunk = record.op == CHUNK
+            resume = record.data_offset if after_chunk else offset + 1
+            if after_chunk:
                 spans.append(_span(record))
-            if stop <= source.size:
+            if record.data_offset + record.data_size <= source.size:
                 yield record
-                offset = stop
+                offset = record.data_offset + record.data_size
                 continue
-        following = _next_chunk(source, resume)
-        stop = source.size if following is None else following
-        if open_chunk:
-            spans[-1] = replace(spans[-1], size=max(0, stop - spans[-1].offset), cut=True)
-        losses.append(_gap(source, offset, stop))
-        offset, open_chunk = stop, False
-
-
-def _gap(source: Source, start: int, stop: int) -> Loss:
-    end = "its end" if stop == source.size else f"the chunk at byte {stop}"
-    return Loss(f"{source.path.name}: broken or cut at byte {start}, read again from {end}")
+        elif after_chunk and places.is_sound(spans[-1]):
+            resume = offset
+        following = places.next_chunk(resume)
+        places.note_gap(offset, following)
+        offset, after_chunk = source.size if following is None else following, False
+        end_at(spans, offset)
 
 
 def _record_at(source: Source, offset: int) -> Record | None:
@@ -113,17 +115,18 @@ def _is_chunk(record: Record) -> bool:
     return sound and len(record.fields.get(b"size", b"")) == 4  # noqa: PLR2004
 
 
-def _next_chunk(source: Source, offset: int) -> int | None:
-    """Find the next chunk header; its op may be any of its fields."""
-    while (mark := source.search(CHUNK_MARK, offset)) is not None:
-        for start in range(mark - 4, max(mark - LONGEST_CHUNK_HEADER, offset - 1), -1):
-            size = int.from_bytes(source.read(start, 4), "little")
-            if mark - start < size + 4 <= LONGEST_CHUNK_HEADER:
-                record = _record_at(source, start)
+def _chunks(source: Source) -> Iterator[int]:
+    """Find all chunk headers; the op may be any of their fields."""
+    for mark in source.search_all(CHUNK_MARK):
+        first = max(0, mark - LONGEST_CHUNK_HEADER)
+        before = source.read(first, mark - first)
+        for start in range(len(before) - 4, -1, -1):
+            size = int.from_bytes(before[start : start + 4], "little")
+            if len(before) - start < size + 4 <= LONGEST_CHUNK_HEADER:
+                record = _record_at(source, first + start)
                 if record is not None and record.op == CHUNK:
-                    return start
-        offset = mark + 1
-    return None
+                    yield first + start
+                    break
 
 
 def _span(record: Record) -> ChunkSpan:
@@ -132,7 +135,9 @@ def _span(record: Record) -> ChunkSpan:
     return ChunkSpan(record.data_offset, record.data_size, compression, declared)
 
 
-def _with_count(source: Source, span: ChunkSpan, record: Record) -> ChunkSpan:
+def _with_count(
+    source: Source, span: ChunkSpan, counts: dict[int, int], record: Record
+) -> ChunkSpan:
     """Add count and end of an index record, which follows the chunk that it indexes.
 
     Its entries are the time, u32 seconds and u32 nanoseconds, and the offset in the chunk, u32.
@@ -146,7 +151,8 @@ def _with_count(source: Source, span: ChunkSpan, record: Record) -> ChunkSpan:
     last = source.read(record.data_offset + record.data_size - INDEX_ENTRY, TIME.size)
     seconds, nanoseconds = TIME.unpack(last) if len(last) == TIME.size else (0, 0)
     stop = max(span.stop_ns or 0, seconds * 1_000_000_000 + nanoseconds)
-    return replace(span, counts={**span.counts, number: count}, stop_ns=stop)
+    counts[number] = count
+    return replace(span, stop_ns=stop)
 
 
 def _note_connection(channels: dict[int, Channel], record: Record, data: bytes) -> None:
@@ -162,12 +168,19 @@ def _note_connection(channels: dict[int, Channel], record: Record, data: bytes) 
     channels.setdefault(number, Channel(topic, message_type, "ros1", definition))
 
 
-def _note_chunk(source: Source, span: ChunkSpan, channels: dict[int, Channel]) -> Counter[int]:
+def _note_chunk(
+    source: Source,
+    span: ChunkSpan,
+    channels: dict[int, Channel],
+    counts: Counter[int],
+    limit: WorkLimit,
+) -> None:
     """Collect a chunk's connections, and count its messages."""
     content, _ = read_content(source, span)
-    counts: Counter[int] = Counter()
+    records = 0
     try:
-        for record in walk_records(content):
+        for record in islice(walk_records(content), limit.records_left + 1):
+            records += 1
             if record.op == CONNECTION:
                 stop = record.data_offset + record.data_size
                 _note_connection(channels, record, content[record.data_offset : stop])
@@ -175,4 +188,4 @@ def _note_chunk(source: Source, span: ChunkSpan, channels: dict[int, Channel]) -
                 counts[u32(record.fields, b"conn")] += 1
     except ValueError:
         pass
-    return counts
+    limit.spend(len(content), records)

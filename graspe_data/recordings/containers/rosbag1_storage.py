@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 
 from rosbags import rosbag1
@@ -9,7 +10,7 @@ from rosbags.interfaces import Connection
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.chunked_storage import ChunkedStorage
-from graspe_data.recordings.containers.chunks import ChunkSpan
+from graspe_data.recordings.containers.chunks import ChunkSpan, overlapping
 from graspe_data.recordings.containers.rosbag1_records import (
     CHUNK,
     parse_record,
@@ -22,9 +23,13 @@ from graspe_data.recordings.containers.storage import Channel
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 
-MAGIC = b"#ROSBAG V"
-VERSION = b"#ROSBAG V2.0\n"
+# Before version 2.0 recorders called themselves ROSLOG and ROSRECORD (ros_comm, FORMATS).
+VERSION_LINE = re.compile(rb"#ROS(?:BAG|RECORD|LOG) V(\d{1,3}\.\d{1,3})\n")
 HEADER_BYTES = 4096
+CONVERSION = (
+    "Convert it once where ROS 1 is installed: `rosbag reindex OLD.bag` rewrites bags of version "
+    "1.2, `rosbag fix OLD.bag NEW.bag` also migrates message types that changed since."
+)
 
 
 class _IndexReader(rosbag1.Reader):
@@ -41,11 +46,11 @@ class BagStorage(ChunkedStorage):
 
     def _open(self) -> None:
         path = self._source.path
-        version = self._source.read(0, len(VERSION))
-        if version.startswith(MAGIC) and version != VERSION:
+        version = VERSION_LINE.match(self._source.read(0, 32))
+        if version is not None and version[1] != b"2.0":
             raise RecordingError(
-                f"{path}: is a bag of version {version[9:13]!r}; only 2.0 is read. "
-                f"Convert it with `rosbag fix`."
+                f"{path}: is a ROS 1 bag of version {version[1].decode()}; only 2.0 is read. "
+                f"{CONVERSION}"
             )
         try:
             self.channels, self._spans = read_index(self._source)
@@ -85,8 +90,8 @@ def read_index(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:
                 counts=info.connection_counts,
             )
         )
-    if len({span.offset for span in spans}) < len(spans):
-        raise ValueError("the index lists a chunk twice")
+    if overlapping(spans):
+        raise ValueError("the index lists chunks that claim the same bytes")
     if unknown := counts.keys() - {connection.id for connection in connections}:
         raise ValueError(f"the index counts messages of unknown connections {sorted(unknown)[:5]}")
     return {item.id: _channel(item, counts[item.id]) for item in connections}, spans

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from graspe_data.errors import RecordingError
@@ -36,14 +37,12 @@ class Source:
                 f"Check the disk or the network share."
             ) from error
 
-    def search(self, pattern: re.Pattern[bytes], offset: int) -> int | None:
-        """The offset of the first match at or after ``offset``; matches span 256 bytes at most."""
-        while offset < self.size:
-            match = pattern.search(self.read(offset, WINDOW + OVERLAP))
-            if match is not None and match.start() < WINDOW:
-                return offset + match.start()
-            offset += WINDOW
-        return None
+    def search_all(self, pattern: re.Pattern[bytes]) -> Iterator[int]:
+        """The offsets of all matches in one pass; a match spans 256 bytes at most."""
+        for offset in range(0, self.size, WINDOW):
+            for match in pattern.finditer(self.read(offset, WINDOW + OVERLAP)):
+                if match.start() < WINDOW:
+                    yield offset + match.start()
 
     def close(self) -> None:
         """Close the file."""

@@ -4,35 +4,39 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_message
+from graspe_data.recordings.containers.payloads import LostMessages, unpacked
+from graspe_data.recordings.containers.sqlite_recovery import recover
+from graspe_data.recordings.containers.sqlite_tables import plain_tables
 from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss, RawMessage
 
 MAXIMUM_BLOB = 1 << 30
 MAXIMUM_LEAP = 1 << 20
 SMALLEST_ROW = 6
+SHORTEST_LIMIT = 1 << 20
 STEPS_PER_CALL = 1 << 20
 STEPS_PER_BYTE = 64
 
 COUNT = "SELECT topic_id, count(*) FROM messages NOT INDEXED GROUP BY topic_id"
-IN_TIME_ORDER = "SELECT timestamp, id FROM messages ORDER BY timestamp, id"
-BY_ID = "SELECT topic_id, timestamp, data FROM messages WHERE id = ?"
-FROM_ID = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id LIMIT 1"
+IN_TIME_ORDER = "SELECT timestamp, rowid FROM messages ORDER BY timestamp, rowid"
+BY_ID = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
+FROM_ID = (
+    "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid LIMIT 1"
+)
 DEFINITIONS = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-TABLES = "SELECT name FROM sqlite_master WHERE type = 'table'"
 
 Row = tuple[Any, ...]
 
 
 class SqliteStorage:
-    """One ``.db3`` file.
+    """One ``.db3`` file, with the log or journal that a killed recorder left beside it.
 
     Args:
         path: The file, decompressed.
@@ -47,20 +51,47 @@ class SqliteStorage:
         self.channels: dict[int, Channel] = {}
         self._in_order = True
         self._cut = False
+        self.first_position = 0
+        self._copy = recover(path)
         try:
-            self._size = path.stat().st_size
-            uri = f"file:{quote(str(path.resolve()))}?mode=ro&immutable=1"
+            file = path if self._copy is None else self._copy.path
+            self._size = file.stat().st_size
+            uri = f"file:{quote(str(file.resolve()))}?mode=ro&immutable=1"
             self._database = sqlite3.connect(uri, uri=True, check_same_thread=False)
         except (OSError, sqlite3.Error) as error:
+            self._remove_copy()
             raise RecordingError(f"{path}: cannot be opened: {error}.") from error
         try:
             self._open_damaged_too()
+            self._note_lost_tail()
+        except RecordingError:
+            self.close()
+            raise
         except (sqlite3.Error, ValueError, TypeError, OverflowError, MemoryError) as error:
             self.close()
             raise RecordingError(
                 f"{path}: no topics can be read from this SQLite file ({error}). "
                 f"Its beginning is needed: copy it again from the robot."
             ) from error
+
+    @property
+    def positions(self) -> int:
+        """How many positions the messages of the file take at most."""
+        return self._size // SMALLEST_ROW + 1
+
+    def _note_lost_tail(self) -> None:
+        """What the recorder wrote and did not commit: its rows are numbered after the last."""
+        if self._copy is None:
+            return
+        self.losses += self._copy.losses
+        if self._copy.tail:
+            newest = next(self._rows("SELECT max(rowid) FROM messages"))[0] or 0
+            reason = f"{self._path.name}: {self._copy.tail}"
+            self.losses.append(Loss(reason, None, self._copy.lost_rows(newest)))
+
+    def _remove_copy(self) -> None:
+        if self._copy is not None:
+            self._copy.remove()
 
     def _open_damaged_too(self) -> None:
         """Open; a file shorter than it should be SQLite only reads when told to."""
@@ -73,10 +104,11 @@ class SqliteStorage:
             self._open()
 
     def _open(self) -> None:
-        self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAXIMUM_BLOB)
+        longest = min(MAXIMUM_BLOB, max(SHORTEST_LIMIT, self._size))
+        self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, longest)
         self._database.execute("PRAGMA trusted_schema = OFF")
         self._database.text_factory = lambda raw: raw.decode(errors="replace")
-        tables = {name for (name,) in self._rows(TABLES)}
+        tables = plain_tables(self._path, self._rows)
         if not {"topics", "messages"} <= tables:
             raise ValueError("the tables topics and messages are missing")
         definitions = self._definitions() if "message_definitions" in tables else {}
@@ -86,25 +118,31 @@ class SqliteStorage:
             message_type = normalise_type(str(kind))
             style, text = definitions.get(str(kind), ("msg", ""))
             count = counts.get(number, 0) if counts is not None else None
-            self.channels[number] = Channel(str(name), message_type, encoding, text, style, count)
+            self.channels[number] = Channel(
+                str(name), message_type, str(encoding or "cdr"), text, style, count
+            )
 
     def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
         """Yield messages in time order, or in the order of their rows where the file is broken."""
-        lost = _LostRows(self._path.name, losses)
+        lost = LostMessages(self._path.name, losses)
+        limit = WorkLimit(self._path, self._size)
         rows = self._ordered_rows(lost) if self._in_order else self._salvaged_rows(losses)
         sound = self._sound(rows, lost)
-        for number, topic_id, stamp, data in self._apart(sound, lost) if self._cut else sound:
-            if topic_id not in wanted:
-                continue
-            topic = self.channels[topic_id].topic
-            try:
-                yield RawMessage(topic, stamp, self._payload(data))
-            except ValueError as error:
-                lost.add(number, "payload", str(error), topic)
+        messages = self._messages(self._apart(sound, lost) if self._cut else sound, wanted)
+        encodings = {channel.topic: channel.encoding for channel in self.channels.values()}
+        return unpacked(messages, self._compressed, encodings, limit.spend, lost)
+
+    def _messages(self, rows: Iterator[Row], wanted: Collection[int]) -> Iterator[RawMessage]:
+        for ordinal, (number, topic_id, stamp, data) in enumerate(rows, 1):
+            if topic_id in wanted:
+                place = number if self._in_order else ordinal
+                position = self.first_position + place
+                yield RawMessage(self.channels[topic_id].topic, stamp, data, position)
 
     def close(self) -> None:
-        """Close the database."""
+        """Close the database, and remove its copy."""
         self._database.close()
+        self._remove_copy()
 
     def _rows(self, query: str, *values: object) -> Iterator[Row]:
         """Run a query that may take a time in proportion to the file, no longer."""
@@ -140,14 +178,14 @@ class SqliteStorage:
         """
         before, entries, last = (-(1 << 63), 0), 0, 0
         for entry in self._rows(IN_TIME_ORDER):
-            if not all(isinstance(item, int) for item in entry) or entry <= before:
+            if not all(isinstance(item, int) for item in entry) or entry <= before or entry[1] < 1:
                 return "the time index is not in order"
             before, entries, last = entry, entries + 1, max(last, entry[1])
         if entries == rows == last:
             return None
         return f"the time index has {entries} of {rows} rows, the last is number {last}"
 
-    def _ordered_rows(self, lost: _LostRows) -> Iterator[Row]:
+    def _ordered_rows(self, lost: LostMessages) -> Iterator[Row]:
         for _, number in self._rows(IN_TIME_ORDER):
             try:
                 row = self._database.execute(BY_ID, (number,)).fetchone()
@@ -155,7 +193,7 @@ class SqliteStorage:
             except sqlite3.Error as error:
                 row, fault = None, str(error)
             if row is None:
-                lost.add(number, "index", fault)
+                lost.add(_row(number), "index", fault)
             else:
                 yield (number, *row)
 
@@ -179,15 +217,23 @@ class SqliteStorage:
             yield row
             expected, number, leap = row[0] + 1, row[0] + 1, 1
 
-    def _sound(self, rows: Iterator[Row], lost: _LostRows) -> Iterator[Row]:
+    def _sound(self, rows: Iterator[Row], lost: LostMessages) -> Iterator[Row]:
+        """Rows with topic, time and payload; all payloads cannot be larger than the file."""
+        left = self._size + SHORTEST_LIMIT
         for row in rows:
             number, topic_id, stamp, data = row
+            left -= len(data) if isinstance(data, bytes | str) else 0
+            if left < 0:
+                raise RecordingError(
+                    f"{self._path}: {self._size} bytes claim to hold more bytes of messages: "
+                    f"refused, since its rows share their pages. Leave this file out."
+                )
             if topic_id in self.channels and isinstance(stamp, int) and isinstance(data, bytes):
                 yield row
             else:
-                lost.add(number, "fields", "has no known topic, time or payload")
+                lost.add(_row(number), "fields", "has no known topic, time or payload")
 
-    def _apart(self, rows: Iterator[Row], lost: _LostRows) -> Iterator[Row]:
+    def _apart(self, rows: Iterator[Row], lost: LostMessages) -> Iterator[Row]:
         """Leave out rows beside missing ones: SQLite fills what a cut took from them with zeros."""
         before, row = 0, next(rows, None)
         while row is not None:
@@ -196,7 +242,8 @@ class SqliteStorage:
                 yield row
             else:
                 topic = self.channels[row[1]].topic
-                lost.add(row[0], "beside", "lies beside missing ones, so it may be cut", topic)
+                reason = "lies beside missing ones, so it may be cut"
+                lost.add(_row(row[0]), "beside", reason, topic)
             before, row = row[0], following
 
     def _row_from(self, number: int) -> tuple[Row | None, str | None]:
@@ -208,25 +255,6 @@ class SqliteStorage:
         wrong = row is not None and (not isinstance(row[0], int) or row[0] < number)
         return (None, "rows are not in order") if wrong else (row, None)
 
-    def _payload(self, data: bytes) -> bytes:
-        packed = data.startswith(ZSTD_MAGIC) if self._compressed is None else self._compressed
-        return decompress_message(data) if packed else data
 
-
-class _LostRows:
-    """Losses of single rows: one entry for all of a kind, however many there are."""
-
-    def __init__(self, file: str, losses: list[Loss]) -> None:
-        self._file = file
-        self._losses = losses
-        self._places: dict[tuple[str, str | None], int] = {}
-
-    def add(self, number: object, kind: str, reason: str, topic: str | None = None) -> None:
-        """Count a row; the first of its kind and topic is the one that is named."""
-        place = self._places.setdefault((kind, topic), len(self._losses))
-        if place == len(self._losses):
-            text = f"{self._file}: the row {number} of messages, the first of its kind: {reason}"
-            self._losses.append(Loss(text, topic, 1))
-        else:
-            known = self._losses[place]
-            self._losses[place] = replace(known, messages=(known.messages or 0) + 1)
+def _row(number: int) -> str:
+    return f"the row {number} of messages"

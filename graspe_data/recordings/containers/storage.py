@@ -13,7 +13,11 @@ MAXIMUM_TIME = (1 << 63) - 1
 
 @dataclass(frozen=True)
 class Channel:
-    """One publisher's topic: its type and the definition of that type, empty where absent."""
+    """One publisher's topic: its type and the definition of that type, empty where absent.
+
+    ``schema`` is the name that the file gives, where its encoding is not one of ROS; the definition
+    is then the schema's bytes, one character each.
+    """
 
     topic: str
     message_type: str
@@ -21,6 +25,7 @@ class Channel:
     definition: str = ""
     definition_format: str = "msg"
     count: int | None = None
+    schema: str = ""
 
 
 class Storage(Protocol):
@@ -28,6 +33,12 @@ class Storage(Protocol):
 
     losses: list[Loss]
     """What was found missing on opening."""
+    first_position: int
+    """What the positions of its messages begin after: where those of the file before end."""
+
+    @property
+    def positions(self) -> int:
+        """How many positions the messages of the file take at most."""
 
     @property
     def channels(self) -> Mapping[int, Channel]:

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from graspe_data.errors import RecordingError
 from graspe_data.recordings import open_recording
 
 ROS1_HI = b"\2\0\0\0hi"
@@ -76,15 +75,6 @@ def test_files_without_chunks_or_offsets_lose_nothing(tmp_path: Path, options: A
         assert sorted(raw.bag_time_ns for raw in recording.messages()) == [1, 2, 3]
         assert recording.topics["/x"].count == 3
         assert recording.losses == []
-
-
-def test_an_encoding_that_is_not_of_ros_is_listed_and_not_decoded(tmp_path: Path) -> None:
-    path = _mcap(tmp_path / "a.mcap", schema="", encoding="json", name="", data=b"{}")
-    with open_recording(path) as recording:
-        assert recording.topics["/x"].encoding == "json"
-        raw = next(recording.messages())
-        with pytest.raises(RecordingError, match="'json'; only ros1 and cdr are decoded"):
-            recording.decode(raw)
 
 
 def test_real_splits_are_read_in_order(recordings: Path) -> None:

@@ -125,10 +125,15 @@ def test_an_unknown_topic_lists_those_that_are_there(write: Any) -> None:
         recording.messages(["/nope"])
 
 
-def test_an_older_version_is_refused_with_a_way_out(tmp_path: Path) -> None:
-    (tmp_path / "old.bag").write_bytes(b"#ROSBAG V1.2\nrest")
-    with pytest.raises(RecordingError, match="rosbag fix"):
-        open_recording(tmp_path / "old.bag")
+@pytest.mark.parametrize("recorder", ["ROSBAG", "ROSRECORD", "ROSLOG"])
+@pytest.mark.parametrize("version", ["1.0", "1.1", "1.2", "2.1", "3.0"])
+@pytest.mark.parametrize("name", ["old.bag", "old"])
+def test_another_version_is_named_with_a_way_out(
+    tmp_path: Path, recorder: str, version: str, name: str
+) -> None:
+    (tmp_path / name).write_bytes(f"#{recorder} V{version}\nrest".encode())
+    with pytest.raises(RecordingError, match=rf"of version {version}; .*rosbag fix"):
+        open_recording(tmp_path / name)
 
 
 @pytest.mark.parametrize("content", [b"", b"hello, I am a text", b"\x28\xb5\x2f\xfd broken"])
