@@ -11,8 +11,8 @@ from graspe_data.geometry import Transform
 def move_points(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:
     """Carry points (N, 3) over by sums and products alone, which every processor rounds alike."""
     x, y, z = np.ascontiguousarray(xyz.T)
-    moved = np.empty(xyz.shape, np.float32)
+    moved = np.empty((3, len(xyz)), np.float32)
     rows = np.column_stack((transform.rotation, transform.translation)).astype(np.float32)
     for axis, (a, b, c, shift) in enumerate(rows):
-        moved[:, axis] = a * x + b * y + c * z + shift
-    return moved
+        moved[axis] = a * x + b * y + c * z + shift
+    return moved.T

@@ -79,7 +79,7 @@ def observe_points(
     useful = _within_range(cloud, settings)
     moved = move_points(useful.xyz, base_from_lidar)
     ahead = np.flatnonzero(front(moved, settings.sample.half_angle))
-    view, in_front = _taken(useful, ahead), moved.take(ahead, axis=0)
+    view, in_front = _taken(useful, ahead), _points_taken(moved, ahead)
     wider = settings.laser_scan.half_angle > settings.sample.half_angle
     scan = laser_scan(moved if wider else in_front, settings.base_height, settings.laser_scan)
     turned = _turned_ahead(view.xyz, base_from_lidar)
@@ -89,7 +89,7 @@ def observe_points(
     strength = None
     if ordered.intensity is not None:
         strength = np.clip(ordered.intensity / np.float32(settings.intensity_maximum), 0, 1)
-    points = in_front.take(found.order, axis=0)
+    points = _points_taken(in_front, found.order)
     sample = sample_points(points, strength, curvature, settings.sample.count, seed)
     return PointObservation(
         sample.points, sample.intensity, sample.smoothness, sample.point_count, scan
@@ -97,24 +97,28 @@ def observe_points(
 
 
 def _within_range(cloud: PointCloud, settings: PointObservationSettings) -> PointCloud:
-    """The cloud without the returns that do not count."""
-    x, y, z = cloud.xyz.T
+    """The cloud without the returns that do not count; its axes lie one behind the other."""
+    x, y, z = axes = np.ascontiguousarray(cloud.xyz.T)
     with np.errstate(over="ignore"):
         squared = x * x + y * y + z * z
     inside = squared <= np.float32(settings.maximum_range**2)
     inside &= squared >= np.float32(settings.minimum_range**2)
-    if inside.all():
-        return cloud
-    return _taken(cloud, np.flatnonzero(inside))
+    by_axis = replace(cloud, xyz=axes.T)
+    return by_axis if inside.all() else _taken(by_axis, np.flatnonzero(inside))
 
 
 def _taken(cloud: PointCloud, rows: NDArray[np.int64]) -> PointCloud:
     return replace(
         cloud,
-        xyz=cloud.xyz.take(rows, axis=0),
-        intensity=None if cloud.intensity is None else cloud.intensity[rows],
-        ring=None if cloud.ring is None else cloud.ring[rows],
+        xyz=_points_taken(cloud.xyz, rows),
+        intensity=None if cloud.intensity is None else cloud.intensity.take(rows),
+        ring=None if cloud.ring is None else cloud.ring.take(rows),
     )
+
+
+def _points_taken(xyz: NDArray[np.float32], rows: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Some of the points (N, 3); each axis lies in one piece of memory, as it is read."""
+    return xyz.T.take(rows, axis=1).T
 
 
 def _turned_ahead(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.float32]:
@@ -128,4 +132,4 @@ def _turned_ahead(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.
         return xyz
     cosine, sine = (ahead / length).astype(np.float32)
     x, y, z = xyz.T
-    return np.stack([cosine * x + sine * y, cosine * y - sine * x, z], axis=1)
+    return np.stack([cosine * x + sine * y, cosine * y - sine * x, z]).T

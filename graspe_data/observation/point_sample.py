@@ -70,10 +70,10 @@ def sample_points(
     rows = _draw(len(xyz), count, seed)
     points = np.full((count, 3), np.nan, np.float32)
     values = np.full((2, count), np.nan, np.float32)
-    points[: len(rows)] = xyz.take(rows, axis=0)
-    values[1, : len(rows)] = smoothness[rows]
+    points[: len(rows)] = xyz.T.take(rows, axis=1).T
+    values[1, : len(rows)] = smoothness.take(rows)
     if intensity is not None:
-        values[0, : len(rows)] = intensity[rows]
+        values[0, : len(rows)] = intensity.take(rows)
     return PointSample(points, values[0], values[1], len(rows))
 
 

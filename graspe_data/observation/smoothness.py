@@ -45,12 +45,14 @@ def _sums_around(
     sums = _window_sums(padded, len(reach))
     size = np.full(total, 2 * neighbours, np.float32)
     # Only windows that reach over the end of a ring have to be summed again.
-    ends = np.unique(np.clip(np.add.outer(ring_starts, reach), 0, total - 1))
+    cut = np.zeros(total, np.bool_)
+    cut[np.clip(np.add.outer(reach, ring_starts), 0, total - 1)] = True
+    ends = np.flatnonzero(cut)
     ring = np.searchsorted(ring_starts, ends, side="right") - 1
-    window = np.add.outer(ends, reach)
-    same = (window >= ring_starts[ring, None]) & (window < ring_starts[ring + 1, None])
-    sums[:, ends] = np.where(same, padded[:, window + neighbours], 0).sum(axis=-1)
-    size[ends] = same.sum(axis=-1) - 1
+    window = np.add.outer(reach, ends)
+    same = (window >= ring_starts[ring]) & (window < ring_starts[ring + 1])
+    sums[:, ends] = np.where(same, padded.take(window + neighbours, axis=1), 0).sum(axis=1)
+    size[ends] = same.sum(axis=0) - 1
     return sums, size
 
 

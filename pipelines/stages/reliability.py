@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from graspe_data.observation.image_reliability import image_reliability
 from graspe_data.observation.point_reliability import point_reliability
 from pipelines.dataset_settings import DatasetManifest
@@ -38,6 +40,8 @@ def reliability(
         folder: An empty folder.
     """
     counts = whole_column(episode, "point_count")
+    names = [column.name for column in reliability_columns()]
+    values = np.empty((len(names), extracted.rows), np.float32)
     with (
         StoredColumn(episode, "image") as images,
         StoredColumn(episode, "smoothness") as smoothness,
@@ -47,7 +51,10 @@ def reliability(
             picture = image_reliability(images.row(row), manifest.image_reliability)
             measured = smoothness.row(row)[: counts[row]]
             cloud = point_reliability(measured, manifest.point_reliability)
-            writer.write(row, {**vars(picture), **vars(cloud)})
+            found = {**vars(picture), **vars(cloud)}
+            values[:, row] = [found[name] for name in names]
+        for name, column in zip(names, values, strict=True):
+            writer.write_all(name, column)
         digests = writer.digests()
     record = StageRecord(
         stage="reliability",

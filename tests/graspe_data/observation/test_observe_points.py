@@ -38,6 +38,14 @@ def _bytes(observation: PointObservation) -> list[bytes]:
     return [np.asarray(value).tobytes() for value in astuple(observation)]
 
 
+def test_the_layout_of_the_cloud_in_memory_changes_nothing(cloud: PointCloud) -> None:
+    by_axis = replace(cloud, xyz=np.asfortranarray(cloud.xyz))
+    every_other = replace(cloud, xyz=np.repeat(cloud.xyz, 2, axis=0)[::2])
+    expected = _bytes(observe_points(cloud, MOUNTED, SETTINGS, 5))
+    for other in (by_axis, every_other):
+        assert _bytes(observe_points(other, MOUNTED, SETTINGS, 5)) == expected
+
+
 @settings(
     deadline=None, max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -48,6 +48,16 @@ def test_the_sequence_does_not_depend_on_the_order_of_the_message(
     assert np.array_equal(first.ring_starts, second.ring_starts)
 
 
+@pytest.mark.parametrize("rings", [1, 16, 300, 1 << 16])
+def test_the_order_is_by_ring_then_azimuth_for_any_number_of_rings(rings: int) -> None:
+    generator = np.random.default_rng(rings)
+    ring = generator.integers(0, rings, 5000)
+    steps = generator.permutation(5000)
+    azimuth = (steps + 0.5) * (2 * np.pi / 5000) - np.pi
+    xyz = np.column_stack((np.cos(azimuth), np.sin(azimuth), azimuth)).astype(np.float32)
+    assert np.array_equal(ring_order(xyz, ring).order, np.lexsort((steps, ring)))
+
+
 def test_ring_numbers_may_be_any_integers() -> None:
     xyz = np.array([[1, 0, 0], [2, 0, 0], [3, 0, 0]], np.float32)
     found = ring_order(xyz, np.array([2**31 - 1, -5, 70_000], np.int64))
