@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from graspe_data.shards.dataset_manifest import DatasetIndex
+from pipelines.findings import findings_of
 from pipelines.report.balance import SplitBalance
 from pipelines.report.row_blocks import row_blocks
 
@@ -33,6 +34,15 @@ def notices(folder: Path, index: DatasetIndex, balances: Mapping[str, SplitBalan
     damaged = sum(bool(entry.details.get("damage")) for entry in index.recordings)
     if refused:
         told.append(f"{refused} of {len(index.recordings)} recordings were refused.")
+    mended = sum(
+        any(course in ("mended", "noted") for course, _ in findings_of(entry))
+        for entry in index.recordings
+    )
+    if mended:
+        told.append(
+            f"In {mended} of {len(index.recordings)} recordings sources disagree: what was done "
+            f"stands below, under Recordings."
+        )
     if damaged:
         told.append(f"{damaged} of {len(index.recordings)} recordings are damaged in part.")
     told += _same_drives(index)
