@@ -14,6 +14,19 @@ BY_LIDAR: Final = "lidar"
 
 Positive = Annotated[float, Field(gt=0)]
 Vector3 = tuple[float, float, float]
+LidarModel = Literal[
+    "VLP-16",
+    "VLP-32C",
+    "Pandar40P",
+    "Pandar64",
+    "Pandar128",
+    "PandarQT64",
+    "PandarQT128",
+    "PandarXT16",
+    "PandarXT32",
+    "PandarXT32M",
+    "generic",
+]
 
 
 class Topics(Settings):
@@ -105,7 +118,11 @@ class Camera(Settings):
 class Lidar(Settings):
     """The lidar: its model, mounting, scale of intensity and number of rings."""
 
-    model: Literal["VLP-16", "VLP-32C", "generic"] = "generic"
+    model: LidarModel = "generic"
+    """Needed for packets alone, and there it is checked; ``generic`` takes what the packets say."""
+    angles: str | None = None
+    """File of the angles of a Hesai lidar's channels (CSV: Laser id,Elevation,Azimuth), absolute or
+    relative to the current folder; None takes the nominal ones where the model has some."""
     mounting: Mounting | Literal["tf"] = "tf"
     frame: str | None = None
     """None takes it from the clouds' headers."""

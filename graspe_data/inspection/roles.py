@@ -17,6 +17,12 @@ _ROLES: Final[Mapping[str, tuple[Role, ...]]] = {
     "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": ("image",),
     "sensor_msgs/msg/PointCloud2": ("points",),
     "velodyne_msgs/msg/VelodyneScan": ("points",),
+    "pandar_msgs/msg/PandarScan": ("points",),
+    "livox_ros_driver/msg/CustomMsg": ("points",),
+    "livox_ros_driver2/msg/CustomMsg": ("points",),
+    "ouster_ros/msg/PacketMsg": ("points",),
+    "ouster_msgs/msg/PacketMsg": ("points",),
+    "ouster_sensor_msgs/msg/PacketMsg": ("points",),
     "nav_msgs/msg/Odometry": ("odometry",),
     "geometry_msgs/msg/PoseWithCovarianceStamped": ("odometry",),
     "geometry_msgs/msg/PoseStamped": ("odometry",),
@@ -43,6 +49,8 @@ _SECONDARY: Final[Mapping[Role, tuple[str, ...]]] = {
 def roles_of(topic: str, message_type: str) -> tuple[Role, ...]:
     """What a topic could serve as; empty where it serves nothing here."""
     roles = _ROLES.get(message_type, ())
+    if message_type.endswith("/PacketMsg") and "imu" in topic:
+        return ()
     if roles == ("tf",) and topic.endswith("static"):
         return ("tf_static",)
     if "command" in roles and "odometry" in roles and "cmd" in topic:

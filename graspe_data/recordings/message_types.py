@@ -26,7 +26,27 @@ UNDEFINED = (
 
 # Types that recordings are full of and the stores of rosbags do not hold.
 TRANSFORMS = "geometry_msgs/TransformStamped[] transforms\n"
+LIVOX_POINT = (
+    "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\n"
+    "uint8 reflectivity\nuint8 tag\nuint8 line\n"
+)
+LIVOX_CLOUD = (
+    "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\nuint8[3] rsvd\n"
+    "CustomPoint[] points\n"
+)
+OUSTER_PACKET = "uint8[] buf\n"
 ADDED_TO_BOTH = {
+    "livox_ros_driver/msg/CustomPoint": LIVOX_POINT,
+    "livox_ros_driver/msg/CustomMsg": LIVOX_CLOUD,
+    "livox_ros_driver2/msg/CustomPoint": LIVOX_POINT,
+    "livox_ros_driver2/msg/CustomMsg": LIVOX_CLOUD,
+    "ouster_ros/msg/PacketMsg": OUSTER_PACKET,
+    "ouster_msgs/msg/PacketMsg": OUSTER_PACKET,
+    "ouster_sensor_msgs/msg/PacketMsg": OUSTER_PACKET,
+    "pandar_msgs/msg/PandarPacket": (
+        "builtin_interfaces/Time stamp\nuint8[1500] data\nuint32 size\n"
+    ),
+    "pandar_msgs/msg/PandarScan": "std_msgs/Header header\nPandarPacket[] packets\n",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data\n",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nVelodynePacket[] packets\n",
     "foxglove_msgs/msg/CompressedVideo": (

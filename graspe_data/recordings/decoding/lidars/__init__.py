@@ -1,0 +1,1 @@
+"""Lidars whose drivers publish packets or messages of their own."""
