@@ -82,7 +82,7 @@ def test_roles_that_no_topic_has_are_not_the_same_topic(spot: dict[str, Any]) ->
         ("footprint", "width", 0, "greater than 0"),
         ("limits", "linear_acceleration", -1, "greater than 0"),
         ("limits", "yaw_rate", [1], "Field required"),
-        ("lidar", "model", "VLP-64", "'VLP-16', 'VLP-32C' or 'generic'"),
+        ("lidar", "model", "VLP-64", "'VLP-16', 'VLP-32C', 'Pandar40P'"),
         ("lidar", "rings", 0, "greater than or equal to 1"),
         ("lidar", "minimum_range", -0.1, "greater than or equal to 0"),
         ("topics", "image", None, "valid string"),

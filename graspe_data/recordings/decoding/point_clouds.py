@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.decoding.byte_order import in_true_order
 from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.organised_rings import organised_rings
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.sensor_data import PointCloud
 
 INTENSITY_NAMES: Final = ("intensity", "intensities", "i", "reflectivity")
-RING_NAMES: Final = ("ring", "channel", "laser_id")
+RING_NAMES: Final = ("ring", "channel", "laser_id", "line")
 
 # sensor_msgs/PointField: INT8 = 1 ... FLOAT64 = 8.
 _TYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
@@ -26,25 +28,30 @@ Floats32 = NDArray[np.float32]
 def decode_points(message: Any, topic: str) -> PointCloud:
     """Decode a sensor_msgs/PointCloud2.
 
-    Any order, offset, type and padding of fields, of points and of rows, and both byte orders.
-    Intensity is the first present of ``intensity``, ``intensities``, ``i`` and ``reflectivity``;
-    ring the first of ``ring``, ``channel`` and ``laser_id`` that is of an integer type, else the
-    row of an organised cloud (height and width above 1), else None. Points whose x, y or z is NaN
-    or infinite as float32, or which lie at (0, 0, 0), are removed. Of an empty cloud the fields are
-    not looked at: intensity and ring are None.
+    Any order, offset, type and padding of fields, of points and of rows, and both byte orders; a
+    byte order that is declared wrongly is mended, see `in_true_order`. Intensity is the first
+    present of ``intensity``, ``intensities``, ``i`` and ``reflectivity``; ring the first of
+    ``ring``, ``channel``, ``laser_id`` and ``line`` that is of an integer type, else the row or the
+    column of an organised cloud, if that is a ring, see `organised_rings`, else None. Points whose
+    x, y or z is NaN or infinite as float32, or which lie at (0, 0, 0), are removed. Of an empty
+    cloud the fields are not looked at: intensity and ring are None.
 
     Raises:
-        RecordingError: x, y or z is absent or no float, a field lies outside its point, or there is
-            less data than the size asks for.
+        RecordingError: x, y or z is absent or no float, a field lies outside its point, there is
+            less data than the size asks for, or most points lie where no lidar reaches.
     """
     where = place(topic, message.header)
-    points = _structured(message, where)
+    points = in_true_order(_structured(message, where), where)
     names = points.dtype.names or ()
     with np.errstate(over="ignore", invalid="ignore"):
         axes = [_column(points, axis, np.float32) for axis in "xyz"]
         kept = _returned(axes)
         intensity = _column(points, "intensity", np.float32) if "intensity" in names else None
-    ring = _column(points, "ring", np.int32) if "ring" in names else _rows(points.shape)
+    if "ring" in names:
+        ring: NDArray[np.int32] | None = _column(points, "ring", np.int32)
+    else:
+        x, y, z = (axis.reshape(points.shape) for axis in axes)
+        ring = organised_rings(x, y, z)
     return PointCloud(
         stamp_ns=stamp_ns(message.header),
         frame=message.header.frame_id,
@@ -122,10 +129,3 @@ def _take(values: NDArray[Any], kept: NDArray[np.intp] | None) -> NDArray[Any]:
 
 def _column(points: NDArray[np.void], name: str, dtype: type[np.generic]) -> NDArray[Any]:
     return points[name].astype(dtype).reshape(-1)
-
-
-def _rows(shape: tuple[int, ...]) -> NDArray[np.int32] | None:
-    height, width = shape
-    if height <= 1 or width <= 1:
-        return None
-    return np.repeat(np.arange(height, dtype=np.int32), width)

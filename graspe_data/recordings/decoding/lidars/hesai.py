@@ -110,10 +110,8 @@ class HesaiDecoder:
                     f"`lidar.angles` in the robot manifest (CSV: Laser id,Elevation,Azimuth)."
                 )
             else:
-                self.notes = (
-                    f"angles of the {model} are the nominal ones of its manual; name this "
-                    f"lidar's own table under `lidar.angles`",
-                )
+                said = f"the angles are the nominal ones of the {model}'s manual"
+                self.notes = (f"{said}; name this lidar's own table under `lidar.angles`",)
             self._tables[model] = table
         return self._tables[model]
 
@@ -202,9 +200,7 @@ def _points(
     return np.stack(columns, axis=1).astype(np.float32), table.ring[channel]
 
 
-def _repeated(
-    counts: NDArray[np.uint16], modes: Bytes, layout: PacketLayout
-) -> NDArray[np.bool_]:
+def _repeated(counts: NDArray[np.uint16], modes: Bytes, layout: PacketLayout) -> NDArray[np.bool_]:
     """Whether a later return of the same firing has the same distance, (blocks, channels)."""
     repeated = np.zeros((len(modes), layout.blocks, layout.channels), np.bool_)
     by_packet = counts.reshape(repeated.shape)

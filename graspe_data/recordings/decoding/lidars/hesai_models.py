@@ -57,11 +57,11 @@ def nominal_angles(model: str) -> AngleTable | None:
     A single lidar differs from them by some tenths of a degree; its own table says how.
     """
     if model == "PandarXT16":
-        return _table(np.arange(15.0, -16.0, -2.0), np.zeros(16))
+        return _table(np.linspace(15.0, -15.0, 16), np.zeros(16))
     if model == "PandarXT32":
-        return _table(np.arange(15.0, -17.0, -1.0), np.zeros(32))
+        return _table(np.linspace(15.0, -16.0, 32), np.zeros(32))
     if model == "PandarXT32M":
-        return _table(19.5 - 1.3 * np.arange(32), np.zeros(32))
+        return _table(np.linspace(19.5, 19.5 - 31 * 1.3, 32), np.zeros(32))
     if model == "Pandar40P":
         return _pandar(24, np.array([3.125, -5.208, -1.042]))
     if model == "Pandar64":
@@ -73,7 +73,7 @@ def _pandar(dense: int, offsets: Floats) -> AngleTable:
     """Sparse beams above and below, and between them dense ones whose azimuths take turns."""
     above, below = np.array([15.0, 11, 8, 5, 3, 2]), np.array([7.0, 8, 9, 10, 11, 12, 13, 14])
     middle = 2 - 8 * np.arange(1, dense + 1) / dense
-    elevation = np.concatenate([above, middle, -below, [-19.0, -25.0]])
+    elevation = np.concatenate([above, middle, -below, np.array([-19.0, -25.0])])
     azimuth = np.full(len(elevation), -1.042)
     azimuth[len(above) : len(above) + dense] = np.tile(offsets, dense // len(offsets))
     return _table(elevation, azimuth)

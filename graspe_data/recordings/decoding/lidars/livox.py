@@ -20,9 +20,7 @@ LIVOX_TYPES: Final = ("livox_ros_driver/msg/CustomMsg", "livox_ros_driver2/msg/C
 _BY_PLACE, _BY_INTENSITY = 0b0011, 0b1100
 _SURE_NOISE: Final = (0b0001, 0b0100)
 
-_POINT: Final = np.dtype(
-    [("xyz", "<f4", 3), ("reflectivity", "u1"), ("tag", "u1"), ("line", "u1")]
-)
+_POINT: Final = np.dtype([("xyz", "<f4", 3), ("reflectivity", "u1"), ("tag", "u1"), ("line", "u1")])
 
 
 @refuses_unfit_messages
@@ -61,5 +59,5 @@ def sure_noise(tag: NDArray[np.uint8]) -> NDArray[np.bool_]:
     between a near and a far object by their place. Points of moderate and low confidence are kept,
     as are second returns: reliability is to be judged from what the sensor saw, not hidden.
     """
-    noise: NDArray[np.bool_] = (tag & _BY_PLACE) == _SURE_NOISE[0]
-    return noise | ((tag & _BY_INTENSITY) == _SURE_NOISE[1])
+    by_place, by_intensity = tag & _BY_PLACE, tag & _BY_INTENSITY
+    return np.asarray((by_place == _SURE_NOISE[0]) | (by_intensity == _SURE_NOISE[1]), np.bool_)

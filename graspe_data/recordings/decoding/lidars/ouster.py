@@ -100,7 +100,9 @@ class OusterDecoder:
         xyz, strength, rings, before = [], [], [], None
         for range_field, reflectivity_field in profile.returns:
             millimetres = _values(blocks, range_field)
-            kept = millimetres > 0 if before is None else (millimetres > 0) & (millimetres != before)
+            kept = (
+                millimetres > 0 if before is None else (millimetres > 0) & (millimetres != before)
+            )
             before = millimetres
             column, row = np.nonzero(kept)
             xyz.append(self._placed(millimetres[kept], numbers[column], row))

@@ -54,9 +54,9 @@ def parse_metadata(text: str, where: str) -> OusterMetadata:
     Raises:
         RecordingError: It is no such JSON, lacks a key, or a number cannot be.
     """
+    if len(text) > MAXIMUM_BYTES:
+        raise RecordingError(f"{where}: {len(text)} characters are no metadata of a lidar.")
     try:
-        if len(text) > MAXIMUM_BYTES:
-            raise ValueError(f"{len(text)} characters")
         return _metadata(_flat(json.loads(text)))
     except (ValueError, TypeError, LookupError, RecursionError, OverflowError) as error:
         fault = f"no {error}" if isinstance(error, KeyError) else str(error)

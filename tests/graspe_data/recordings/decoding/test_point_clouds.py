@@ -26,8 +26,7 @@ def slow_points(message: Any) -> list[tuple[float, float, float, float | None, i
     intensity = next(
         (n for n in ("intensity", "intensities", "i", "reflectivity") if n in fields), ""
     )
-    ring = next((n for n in ("ring", "channel", "laser_id") if n in fields), "")
-    organised = message.height > 1 and message.width > 1
+    ring = next((n for n in ("ring", "channel", "laser_id", "line") if n in fields), "")
     kept = []
     for row in range(message.height):
         for column in range(message.width):
@@ -42,7 +41,7 @@ def slow_points(message: Any) -> list[tuple[float, float, float, float | None, i
                 strength = float(np.float32(value(intensity))) if intensity else None
             number = int(np.int64(value(ring)).astype(np.int32)) if ring else None
             if all(map(math.isfinite, xyz)) and any(xyz):
-                kept.append((*xyz, strength, number if ring or not organised else row))
+                kept.append((*xyz, strength, number))
     return kept  # type: ignore[return-value]
 
 
@@ -66,7 +65,9 @@ class Layout:
 
 
 COORDINATES = st.one_of(
-    st.floats(-1e6, 1e6, width=32), st.sampled_from([0.0, math.nan, math.inf, -math.inf])
+    st.integers(-60_000, 60_000).map(lambda count: count / 64),
+    st.floats(0.125, 500, width=32),
+    st.sampled_from([0.0, math.nan, math.inf, -math.inf]),
 )
 
 
@@ -76,14 +77,14 @@ def layouts(draw: st.DrawFn) -> Layout:
     names = ["x", "y", "z"]
     for choices in (
         ("intensity", "intensities", "i", "reflectivity"),
-        ("ring", "channel", "laser_id"),
+        ("ring", "channel", "laser_id", "line"),
     ):
         names += draw(st.lists(st.sampled_from(choices), max_size=1))
-    names += draw(st.lists(st.sampled_from(["time", "rgb", "line"]), unique=True))
+    names += draw(st.lists(st.sampled_from(["time", "rgb", "tag"]), unique=True))
     fields, offset = [], draw(st.integers(0, 3))
     for name in draw(st.permutations(names)):
         kinds = {"x": (7, 8), "y": (7, 8), "z": (7, 8)}.get(name, tuple(CODES))
-        kinds = tuple(range(1, 7)) if name in ("ring", "channel", "laser_id") else kinds
+        kinds = tuple(range(1, 7)) if name in ("ring", "channel", "laser_id", "line") else kinds
         datatype = draw(st.sampled_from(kinds))
         fields.append((name, offset, datatype))
         offset += struct.calcsize("<" + CODES[datatype]) + draw(st.integers(0, 3))
@@ -132,13 +133,19 @@ def test_the_clouds_of_the_velodyne_driver(build: Any) -> None:
     assert (cloud.stamp_ns, cloud.frame) == (12_000_000_034, "sensor")
 
 
-def test_an_organised_cloud_gives_its_rows_as_rings(build: Any) -> None:
-    xyz = np.arange(1, 25, dtype="<f4").reshape(2, 4, 3)
+@pytest.mark.parametrize("across", [False, True])
+def test_an_organised_cloud_gives_the_side_that_is_a_ring(build: Any, across: bool) -> None:
+    azimuth, slope = np.meshgrid(np.radians(np.arange(0, 360, 9)), [-0.2, 0.0, 0.3])
+    xyz = np.stack([5 * np.cos(azimuth), 5 * np.sin(azimuth), 5 * slope], -1).astype("<f4")
     xyz[1, 2] = np.nan
-    message = build.cloud(XYZ, xyz.tobytes(), 12, height=2, width=4, row_step=48)
-    ring = decode_points(message, "/points").ring
+    grid = np.ascontiguousarray(xyz.transpose(1, 0, 2) if across else xyz)
+    height, width, _ = grid.shape
+    shape = {"height": height, "width": width, "row_step": 12 * width}
+    ring = decode_points(build.cloud(XYZ, grid.tobytes(), 12, **shape), "/points").ring
+    truth = np.repeat([0, 1, 2], 40).reshape(3, 40)
+    kept = np.isfinite(xyz[..., 0])
     assert ring is not None
-    assert ring.tolist() == [0, 0, 0, 0, 1, 1, 1]
+    assert ring.tolist() == (truth.T[kept.T] if across else truth[kept]).tolist()
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 8), (8, 1)])
