@@ -18,6 +18,7 @@ _ROLES: Final[Mapping[str, tuple[Role, ...]]] = {
     "sensor_msgs/msg/PointCloud2": ("points",),
     "velodyne_msgs/msg/VelodyneScan": ("points",),
     "pandar_msgs/msg/PandarScan": ("points",),
+    "nebula_msgs/msg/NebulaPackets": ("points",),
     "livox_ros_driver/msg/CustomMsg": ("points",),
     "livox_ros_driver2/msg/CustomMsg": ("points",),
     "ouster_ros/msg/PacketMsg": ("points",),

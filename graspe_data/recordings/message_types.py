@@ -47,6 +47,8 @@ ADDED_TO_BOTH = {
         "builtin_interfaces/Time stamp\nuint8[1500] data\nuint32 size\n"
     ),
     "pandar_msgs/msg/PandarScan": "std_msgs/Header header\nPandarPacket[] packets\n",
+    "nebula_msgs/msg/NebulaPacket": "builtin_interfaces/Time stamp\nuint8[] data\n",
+    "nebula_msgs/msg/NebulaPackets": "std_msgs/Header header\nNebulaPacket[] packets\n",
     "velodyne_msgs/msg/VelodynePacket": "builtin_interfaces/Time stamp\nuint8[1206] data\n",
     "velodyne_msgs/msg/VelodyneScan": "std_msgs/Header header\nVelodynePacket[] packets\n",
     "foxglove_msgs/msg/CompressedVideo": (

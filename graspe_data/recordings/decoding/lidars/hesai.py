@@ -22,6 +22,7 @@ from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_message
 from graspe_data.sensor_data import PointCloud
 
 HESAI_SCAN: Final = "pandar_msgs/msg/PandarScan"
+HESAI_TYPES: Final = (HESAI_SCAN, "nebula_msgs/msg/NebulaPackets")
 
 _HEADER_START: Final = b"\xee\xff"
 _BLOCK_START: Final = 0xEEFF
@@ -38,7 +39,9 @@ Bytes = NDArray[np.uint8]
 
 
 class HesaiDecoder:
-    """Decodes pandar_msgs/PandarScan; the packets say which model they are of.
+    """Decodes pandar_msgs/PandarScan and nebula_msgs/NebulaPackets.
+
+    The packets say which model they are of.
 
     The azimuth of a return is that of its block and its channel's offset, as the angle table has
     them, without a correction for the time of firing within a block (at most .05 degrees at
@@ -207,6 +210,8 @@ def _repeated(counts: NDArray[np.uint16], modes: Bytes, layout: PacketLayout) ->
     for returns in (2, 3):
         of_mode = np.isin(modes, [mode for mode, n in _RETURNS.items() if n == returns])
         usable = layout.blocks // returns * returns
+        if not usable or not of_mode.any():
+            continue
         firing = by_packet[of_mode, :usable].reshape(-1, returns, layout.channels)
         same = np.zeros(firing.shape, np.bool_)
         for first in range(returns):

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from graspe_data.recordings.decoding.lidars.ouster import Bytes, OusterDecoder, OusterPacket
 from graspe_data.sensor_data import PointCloud
+
+_FRAME_IDS: Final = 1 << 16
+# Frames: a network delivers no later. A sensor that starts again counts from zero.
+_RECENT: Final = 4
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class ScanAssembler:
             RecordingError: The packet is damaged; the frame goes on without it.
         """
         packet = self._decoder.packet(data)
-        if packet.frame_id == self._finished:
+        if self._is_late(packet.frame_id):
             self.late += 1
             return None
         over = None
@@ -65,6 +70,12 @@ class ScanAssembler:
         if over is None and len(self._packets) >= self._decoder.metadata.packets_per_frame:
             return self.rest()
         return over
+
+    def _is_late(self, frame_id: int) -> bool:
+        """Whether a packet is of one of the last frames that are over; numbers wrap at 65536."""
+        if self._finished is None or frame_id == self._frame:
+            return False
+        return (self._finished - frame_id) % _FRAME_IDS < _RECENT
 
     def rest(self) -> Scan | None:
         """Give the scan that is not complete, at the end of a recording; None where there is none.

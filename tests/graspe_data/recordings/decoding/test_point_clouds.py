@@ -240,3 +240,8 @@ def test_the_clouds_of_the_street(real_messages: Callable[[str, str], Any]) -> N
 def test_other_types_hold_no_cloud() -> None:
     with pytest.raises(RecordingError, match="holds no cloud"):
         cloud_decoder("sensor_msgs/msg/LaserScan", "/scan", "generic")
+
+
+def test_packets_that_are_known_and_not_read_are_named() -> None:
+    with pytest.raises(RecordingError, match="packets of RoboSense are not read"):
+        cloud_decoder("robosense_msgs/msg/RobosenseScan", "/rs", "generic")
