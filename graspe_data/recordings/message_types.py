@@ -58,14 +58,6 @@ ADDED_TO_BOTH = {
         "std_msgs/Header header\nint32 width\nint32 height\nstring encoding\nuint64 pts\n"
         "uint8 flags\nbool is_bigendian\nuint8[] data\n"
     ),
-    "livox_ros_driver2/msg/CustomPoint": (
-        "uint32 offset_time\nfloat32 x\nfloat32 y\nfloat32 z\nuint8 reflectivity\nuint8 tag\n"
-        "uint8 line\n"
-    ),
-    "livox_ros_driver2/msg/CustomMsg": (
-        "std_msgs/Header header\nuint64 timebase\nuint32 point_num\nuint8 lidar_id\n"
-        "uint8[3] rsvd\nCustomPoint[] points\n"
-    ),
 }
 ADDED_TO_ROS1 = {"tf2_msgs/msg/TFMessage": TRANSFORMS, "tf/msg/tfMessage": TRANSFORMS}
 

@@ -13,7 +13,7 @@ from graspe_data.errors import RecordingError
 _FARTHEST, _NEAREST = 1000.0, 1e-4
 # Metres: the farthest that a cloud in millimetres would reach.
 _FARTHEST_AS_MM: Final = 1e6
-_SAMPLES: Final = 2048
+_SAMPLES: Final = 512
 # Share of the returns: with more outside the range the order is wrong, with fewer it is right.
 _MOSTLY, _HARDLY = 0.5, 0.05
 

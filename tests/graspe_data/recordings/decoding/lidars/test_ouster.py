@@ -36,7 +36,7 @@ TOPIC = "/ouster/lidar_packets"
 
 def metadata(profile: str, **changes: Any) -> str:
     """Flat metadata, as firmware 2.0 sends it, of a lidar with 16 channels."""
-    layout = {"columns_per_frame": COLUMNS, "columns_per_packet": PACKED}
+    layout: dict[str, Any] = {"columns_per_frame": COLUMNS, "columns_per_packet": PACKED}
     layout |= {"pixels_per_column": CHANNELS, "column_window": [0, COLUMNS - 1]}
     content = {
         "data_format": layout | {"udp_profile_lidar": profile} | changes.pop("layout", {}),
