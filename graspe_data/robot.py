@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, load_manifest
 
 BY_LIDAR: Final = "lidar"
 
@@ -121,8 +122,8 @@ class Lidar(Settings):
     model: LidarModel = "generic"
     """Needed for packets alone, and there it is checked; ``generic`` takes what the packets say."""
     angles: str | None = None
-    """File of the angles of a Hesai lidar's channels (CSV: Laser id,Elevation,Azimuth), absolute or
-    relative to the current folder; None takes the nominal ones where the model has some."""
+    """File of the angles of a Hesai lidar's channels (CSV: Laser id,Elevation,Azimuth), looked for
+    beside the manifest; None takes the nominal ones where the model has some."""
     mounting: Mounting | Literal["tf"] = "tf"
     frame: str | None = None
     """None takes it from the clouds' headers."""
@@ -212,3 +213,16 @@ class Robot(Settings):
     def by_lidar(self) -> bool:
         """Whether odometry is made from the clouds."""
         return self.odometry == BY_LIDAR
+
+
+def load_robot(path: Path) -> Robot:
+    """Load a robot manifest; a file of angles is looked for beside it.
+
+    Raises:
+        ManifestError: The manifest is missing or does not validate.
+    """
+    robot = load_manifest(path, Robot)
+    if robot.lidar.angles is None:
+        return robot
+    angles = str(path.resolve().parent / robot.lidar.angles)
+    return robot.model_copy(update={"lidar": robot.lidar.model_copy(update={"angles": angles})})

@@ -24,7 +24,7 @@ from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
-from graspe_data.robot import Clock, Clocks, Robot
+from graspe_data.robot import Clock, Clocks, Robot, load_robot
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.row_plan import SynchronisationSettings
 
@@ -257,7 +257,7 @@ def load_recipe(name: str | Path) -> DatasetRecipe:
             f"`robot:`; `{shipped_manifests() / 'datasets' / 'graspe.yaml'}` is one to copy."
         )
     dataset = load_manifest(path, DatasetManifest)
-    return DatasetRecipe(dataset=dataset, robot=load_manifest(robot_manifest(name), Robot))
+    return DatasetRecipe(dataset=dataset, robot=load_robot(robot_manifest(name)))
 
 
 def robot_manifest(name: str | Path) -> Path:

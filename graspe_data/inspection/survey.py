@@ -60,7 +60,7 @@ class Survey:
 
 def survey_recording(recording: Recording) -> Survey:
     """Read a recording once; a message costs 16 bytes of memory, whatever its size."""
-    topics = {name: _Topic(info) for name, info in recording.topics.items()}
+    topics = {name: _Topic(info, recording) for name, info in recording.topics.items()}
     edges: dict[tuple[str, str], _Edge] = {}
     for raw in recording.messages():
         topic = topics[raw.topic]
@@ -69,7 +69,7 @@ def survey_recording(recording: Recording) -> Survey:
             continue
         try:
             message = recording.decode(raw)
-            topic.observe(message)
+            topic.observe(message, raw)
             if "tf" in topic.roles:
                 _add_edges(edges, message, raw)
         except RecordingError as error:
@@ -106,20 +106,20 @@ class _Stamps:
 class _Topic:
     """A topic while the pass runs."""
 
-    def __init__(self, info: TopicInfo) -> None:
+    def __init__(self, info: TopicInfo, recording: Recording) -> None:
         self.info, self.roles = info, roles_of(info.name, info.message_type)
         self.stamps = _Stamps()
         self.frame, self.undecodable = "", 0
         self.fault: str | None = None
         self.observer: Observer | None = None
         if self.roles:
-            self.observer = observer_of(self.roles[0], info.name, info.message_type)
+            self.observer = observer_of(self.roles[0], info.name, info.message_type, recording)
 
-    def observe(self, message: Any) -> None:
+    def observe(self, message: Any, raw: RawMessage) -> None:
         header = getattr(message, "header", None)
         self.frame = self.frame or getattr(header or message, "frame_id", "")
         if self.observer is not None:
-            self.observer.observe(message)
+            self.observer.observe(message, raw)
 
     def survey(self) -> TopicSurvey:
         return TopicSurvey(

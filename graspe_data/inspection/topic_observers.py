@@ -24,13 +24,16 @@ from graspe_data.inspection.topic_content import (
 )
 from graspe_data.recordings.decoding import (
     PictureDecoder,
-    cloud_decoder,
     decode_calibration,
     decode_inertial,
     decode_motion,
     decode_scan,
     decode_transforms,
 )
+from graspe_data.recordings.decoding.lidars.cloud_source import CloudSource
+from graspe_data.recordings.messages import RawMessage
+from graspe_data.recordings.recording import Recording
+from graspe_data.robot import Lidar
 from graspe_data.sensor_data import StampedTransform
 
 MAXIMUM_EDGES: Final = 512
@@ -42,19 +45,19 @@ _GROUND_POINTS: Final = 100
 class Observer(Protocol):
     """Looks at the messages of one topic, one after another; its memory does not grow."""
 
-    def observe(self, message: Any) -> None:
-        """Take one message; RecordingError where it holds nothing of its kind."""
+    def observe(self, message: Any, raw: RawMessage) -> None:
+        """Take one message, decoded and as it was; RecordingError where it is of no use."""
 
     def content(self) -> Content | None:
         """What the messages so far hold; None where that is nothing."""
 
 
-def observer_of(role: Role, topic: str, message_type: str) -> Observer:
-    """The observer of a topic that serves a role."""
+def observer_of(role: Role, topic: str, message_type: str, recording: Recording) -> Observer:
+    """The observer of a topic of a recording that serves a role."""
     if role == "image":
         return _Pictures(topic, message_type)
     if role == "points":
-        return _Clouds(topic, message_type)
+        return _Clouds(topic, message_type, recording=recording)
     if role in ("odometry", "command"):
         return _Motions(topic, message_type)
     if role in ("tf", "tf_static"):
@@ -84,7 +87,7 @@ class _Pictures(_Sampled):
     def __post_init__(self) -> None:
         self.decoder = PictureDecoder(self.message_type, self.topic)
 
-    def observe(self, message: Any) -> None:
+    def observe(self, message: Any, raw: RawMessage) -> None:  # noqa: ARG002
         due = self.due()
         if self.found is not None if self.decoder.needs_all else not due:
             return
@@ -100,16 +103,23 @@ class _Pictures(_Sampled):
 
 @dataclass
 class _Clouds(_Sampled):
+    recording: Recording | None = None
+    source: CloudSource | None = None
     fields: tuple[str, ...] = ()
     counts: list[int] = field(default_factory=list)
     rings: int | None = None
     brightest: float | None = None
     ground: float | None = None
 
-    def observe(self, message: Any) -> None:
-        if not self.due():
+    def observe(self, message: Any, raw: RawMessage) -> None:
+        if self.recording is None:
             return
-        cloud = cloud_decoder(self.message_type, self.topic, "generic")(message)
+        if self.source is None:
+            self.source = CloudSource(self.recording, self.topic, Lidar())
+        found = self.source.take(raw)
+        if found is None or not self.due():
+            return
+        cloud = found.decode()
         self.fields = tuple(part.name for part in getattr(message, "fields", ()))
         size = cloud.xyz.shape[0]
         self.counts = [min([size, *self.counts]), max([size, *self.counts])]
@@ -139,7 +149,7 @@ class _Motions:
     place: tuple[float, float] | None = None
     distance: float | None = None
 
-    def observe(self, message: Any) -> None:
+    def observe(self, message: Any, raw: RawMessage) -> None:  # noqa: ARG002
         motion = decode_motion(message, self.message_type, self.topic)
         self.child_frame = self.child_frame or motion.child_frame
         self.linear = _widened(self.linear, motion.linear_velocity)
@@ -158,7 +168,7 @@ class _Motions:
 class _Frames:
     edges: dict[tuple[str, str], StampedTransform] = field(default_factory=dict)
 
-    def observe(self, message: Any) -> None:
+    def observe(self, message: Any, raw: RawMessage) -> None:  # noqa: ARG002
         for edge in decode_transforms(message):
             if len(self.edges) < MAXIMUM_EDGES:
                 self.edges.setdefault((edge.parent, edge.child), edge)
@@ -175,7 +185,7 @@ class _First:
     topic: str
     found: Content | None = None
 
-    def observe(self, message: Any) -> None:
+    def observe(self, message: Any, raw: RawMessage) -> None:  # noqa: ARG002
         if self.role == "camera_info":
             calibration = decode_calibration(message, self.topic)
             self.found = self.found or CalibrationContent(calibration.intrinsics)

@@ -20,7 +20,7 @@ def recording_digest(path: Path) -> str:
         RecordingError: The path does not exist, cannot be read, or holds no recording.
     """
     try:
-        digests = [_file_digest(file) for file in storage_files(path)]
+        digests = [file_digest(file) for file in storage_files(path)]
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}.") from error
     if len(digests) == 1:
@@ -28,6 +28,7 @@ def recording_digest(path: Path) -> str:
     return hashlib.sha256("".join(f"{digest}\n" for digest in digests).encode()).hexdigest()
 
 
-def _file_digest(path: Path) -> str:
+def file_digest(path: Path) -> str:
+    """The hexadecimal SHA-256 of a file; OSError where it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

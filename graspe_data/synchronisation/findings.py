@@ -114,6 +114,11 @@ KINDS: Final[Mapping[str, Kind]] = {
     "velocity_forced": Kind(
         "noted", "`odometry_velocity` of the manifest and the evidence", "the manifest counts"
     ),
+    "lidar_packets": Kind(
+        "noted",
+        "packets of a Hesai lidar and its angle table, of which there is none",
+        "the nominal angles of the model count",
+    ),
     "edge_unusable": Kind(
         "noted", "a transform with a quaternion of zeros or with NaN", "it alone is skipped"
     ),

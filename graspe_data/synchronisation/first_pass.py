@@ -15,6 +15,7 @@ from graspe_data.recordings.decoding import (
     decode_motion,
     decode_transforms,
 )
+from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import BY_LIDAR, Robot, Topics
@@ -60,6 +61,7 @@ class _Pass:
         if not (self.by_tf or robot.by_lidar):
             widths[topics.odometry] = _MOTION_WIDTH
         self.sensors = {topic: Collector(width) for topic, width in widths.items() if topic}
+        self.clouds = CloudSource(recording, topics.points, robot.lidar)
         self.frames: dict[str, str] = {}
         self.child_frames: dict[str, str] = {}
         self.edges = EdgeReader(_known_frames(robot))
@@ -81,7 +83,7 @@ class _Pass:
         asked = {topics.odometry} if self.by_tf else set()
         wanted = {*self.sensors, *own, *asked, topics.camera_info or ""}
         for raw in self.recording.messages(wanted & self.recording.topics.keys()):
-            if raw.topic in self.sensors:
+            if raw.topic in self.sensors and raw.topic != topics.points:
                 self.sensors[raw.topic].seen += 1
             try:
                 self._take(raw)
@@ -89,12 +91,17 @@ class _Pass:
             except (RecordingError, GeometryError) as error:
                 self.broken[raw.topic] += 1
                 self.faults.setdefault(raw.topic, str(error))
+        if cloud := self.clouds.rest():
+            self._add_cloud(cloud)
 
     def _take(self, raw: RawMessage) -> None:
         topics = self.robot.topics
         kind = self.recording.topics[raw.topic].message_type
-        if raw.topic in (topics.image, topics.points):
-            self._add_stamp(raw)
+        if raw.topic == topics.image:
+            self._add_picture(raw)
+        elif raw.topic == topics.points:
+            if cloud := self.clouds.take(raw):
+                self._add_cloud(cloud)
         elif kind in TF_TYPES:
             self.edges.take(raw, decode_transforms(self.recording.decode(raw)))
         elif raw.topic == topics.camera_info:
@@ -104,7 +111,18 @@ class _Pass:
         else:
             self._add_motion(raw, decode_motion(self.recording.decode(raw), kind, raw.topic))
 
-    def _add_stamp(self, raw: RawMessage) -> None:
+    def _add_cloud(self, cloud: CloudMessage) -> None:
+        collector = self.sensors[cloud.topic]
+        collector.seen += 1
+        if cloud.stamp_ns is None and not self.clouds.joins:
+            raise RecordingError("its bytes hold no header stamp.")
+        collector.add(
+            cloud.stamp_ns, RawMessage(cloud.topic, cloud.bag_time_ns, b"", cloud.position)
+        )
+        if cloud.topic not in self.frames:
+            self._note_frame(cloud.topic, cloud.frame())
+
+    def _add_picture(self, raw: RawMessage) -> None:
         stamp_ns = self.recording.header_stamp_ns(raw)
         if stamp_ns is None:
             raise RecordingError(f"{len(raw.data)} bytes hold no header stamp.")
@@ -113,8 +131,7 @@ class _Pass:
             message: Any = self.recording.decode(raw)
             header = getattr(message, "header", message)
             self._note_frame(raw.topic, getattr(header, "frame_id", ""))
-            if raw.topic == self.robot.topics.image:
-                self.picture_size = self._size_of(message, raw.topic)
+            self.picture_size = self._size_of(message, raw.topic)
 
     def _size_of(self, message: Any, topic: str) -> tuple[int, int] | None:
         kind = self.recording.topics[topic].message_type
@@ -176,6 +193,7 @@ class _Pass:
             camera_info_frame=self.frames.get(topics.camera_info or "", ""),
             picture_size=self.picture_size,
             unusable_edges=self.edges.faults(),
+            lidar_notes=self.clouds.notes,
             content=self.content.result(),
         )
 

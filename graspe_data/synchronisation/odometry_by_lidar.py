@@ -8,7 +8,8 @@ import numpy as np
 
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import Transform, plain_frame
-from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.lidars.cloud_source import CloudSource
+from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Mounting, Robot
 from graspe_data.synchronisation.edges import sort_edges
@@ -30,13 +31,15 @@ def with_lidar_odometry(
             is not installed.
     """
     topic, mounting = robot.topics.points, _mounting(tracks, robot)
-    decode = cloud_decoder(recording.topics[topic].message_type, topic, robot.lidar.model)
+    source = CloudSource(recording, topic, robot.lidar)
     parts: list[LidarOdometry] = []
     ordinals: list[int] = []
     newest = None
-    for ordinal, raw in enumerate(recording.messages([topic])):
+    for ordinal, message in enumerate(source.gather(recording.messages([topic]))):
+        if isinstance(message, RawMessage):
+            continue
         try:
-            cloud = decode(recording.decode(raw))
+            cloud = message.decode()
         except RecordingError:
             continue
         if newest is None or cloud.stamp_ns < newest:

@@ -112,6 +112,8 @@ def synchronise_tracks(
     """Plan the rows of tracks that were read before; as ``synchronise`` otherwise."""
     edges = sort_edges(tracks.edges, tracks.unusable_edges)
     told += edges.findings
+    topic = robot.topics.points
+    told += [Finding("lidar_packets", "noted", topic, text) for text in tracks.lidar_notes]
     whole = time_recording(tracks, edges, robot, clocks, told)
     transforms = recording_transforms(edges, whole, robot, clocks, told)
     placement = Placement(robot, transforms)

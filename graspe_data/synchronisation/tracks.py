@@ -145,4 +145,6 @@ class Tracks:
     """Width and height of the first picture; None of a video, or where it does not decode."""
     unusable_edges: tuple[str, ...] = ()
     """What was skipped of tf: the edge, how often, and why."""
+    lidar_notes: tuple[str, ...] = ()
+    """What a user should know of how packets are read."""
     content: ContentIdentity = field(default_factory=ContentIdentity)

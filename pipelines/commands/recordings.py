@@ -12,9 +12,9 @@ from rich.console import Console
 from graspe_data.errors import RecordingError
 from graspe_data.inspection.inspection import Inspection, inspect_recording
 from graspe_data.inspection.scaffolding import scaffold_robot
-from graspe_data.manifest import find_manifest, load_manifest
+from graspe_data.manifest import find_manifest
 from graspe_data.recordings.discovery import find_recordings
-from graspe_data.robot import Robot
+from graspe_data.robot import load_robot
 from pipelines.commands.inspection_text import print_inspection
 
 SOME_UNREADABLE = 3
@@ -40,7 +40,7 @@ def inspect(
 
     Exit code 0: every recording was read; 3: some were not.
     """
-    manifest = None if robot is None else load_manifest(find_manifest("robots", robot), Robot)
+    manifest = None if robot is None else load_robot(find_manifest("robots", robot))
     console, inspections = Console(), list[Inspection]()
     recordings, unreadable = _find(paths)
     for path in recordings:

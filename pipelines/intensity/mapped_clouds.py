@@ -23,7 +23,7 @@ from graspe_data.observation.intensity_map import (
     planning_map,
 )
 from graspe_data.observation.odometry_series import sample_odometry
-from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import PointCloud
@@ -80,9 +80,7 @@ class CloudMapper:
         """Prepare the decoder, and the odometry at each cloud's stamp."""
         self._recording, self._synchronised = recording, synchronised
         self._recipe, self._request = recipe, request
-        topic, lidar = recipe.robot.topics.points, recipe.robot.lidar
-        kind = recording.topics[topic].message_type
-        self._decode = cloud_decoder(kind, topic, lidar.model)
+        self._source = CloudSource(recording, recipe.robot.topics.points, recipe.robot.lidar)
         self._index = {n: k for k, n in enumerate(synchronised.points_ordinal.tolist())}
         gap_s = recipe.dataset.window.odometry_gap_s
         stamps = synchronised.points_ns
@@ -97,24 +95,25 @@ class CloudMapper:
         """Map one cloud after another."""
         topics = self._recipe.robot.topics
         ordinal, picture = -1, None
-        for raw in self._recording.messages([topics.image, topics.points]):
-            if raw.topic == topics.image:
-                picture = raw
+        messages = self._recording.messages([topics.image, topics.points])
+        for message in self._source.gather(messages):
+            if isinstance(message, RawMessage):
+                picture = message
                 continue
             ordinal += 1
             place = self._index.get(ordinal)
             if place is not None and place % self._request.every == 0:
-                yield self._mapped(raw, place, picture)
+                yield self._mapped(message, place, picture)
 
     def _mapped(
-        self, raw: RawMessage, place: int, picture: RawMessage | None
+        self, message: CloudMessage, place: int, picture: RawMessage | None
     ) -> MappedCloud | UnmappedCloud:
         stamp_ns = int(self._synchronised.points_ns[place])
         if not self._odometry.known[place]:
             return UnmappedCloud(stamp_ns, "no odometry at the cloud's stamp")
         x, y, _, _, _, yaw = self._odometry.pose[place].tolist()
         try:
-            cloud = self._decode(self._recording.decode(raw))
+            cloud = message.decode()
             found = self._plan(cloud, Moment(stamp_ns, (x, y, yaw), self._request.goal))
         except (RecordingError, ObservationError, GeometryError) as error:
             return UnmappedCloud(stamp_ns, str(error))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.recordings.content import ContentIdentity
+from graspe_data.recordings.digest import file_digest
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Intrinsics
@@ -95,6 +96,8 @@ def extract_key(recipe: DatasetRecipe, recording_digest: str) -> str:
     dataset, robot = recipe.dataset, recipe.robot
     layers = dataset.intensity_layers
     optional = {} if layers is None else {"intensity_map": layers.model_dump(mode="json")}
+    if robot.lidar.angles is not None:
+        optional["angles"] = {"digest": file_digest(Path(robot.lidar.angles))}
     return stage_key(
         "extract",
         VERSION,

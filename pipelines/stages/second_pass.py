@@ -15,7 +15,7 @@ from graspe_data.observation.observe_points import observe_points
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
 from graspe_data.recordings.decoding import PictureDecoder
-from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
 from graspe_data.recordings.decoding.video import Outcome
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
@@ -64,11 +64,10 @@ class SecondPass:
             topics.points: _rows_by_ordinal(plan.points, wanted),
         }
         self._pictures = PictureDecoder(recording.topics[topics.image].message_type, topics.image)
-        kind = recording.topics[topics.points].message_type
-        self._decode_points = cloud_decoder(kind, topics.points, recipe.robot.lidar.model)
+        self._clouds = CloudSource(recording, topics.points, recipe.robot.lidar)
         self._settings = recipe.point_observation
         self._mounts: list[Transform] = []
-        self._cloud_ns = _cloud_times(plan)
+        self._cloud_ns, self._cloud_number = _cloud_times(plan), -1
         self.losses: list[Loss] = []
 
     @property
@@ -106,16 +105,33 @@ class SecondPass:
     def _made(self) -> Iterator[tuple[str, list[int], Values | str]]:
         """Topic, rows and columns of each message that rows wait for, or why there are none."""
         image = self.recipe.robot.topics.image
-        ordinals = dict.fromkeys(self._waiting, -1)
+        pictures = -1
         for raw in self.recording.messages(list(self._waiting)):
-            ordinals[raw.topic] += 1
-            rows = self._waiting[raw.topic].get(ordinals[raw.topic])
             if raw.topic == image:
-                yield from self._made_pictures(self._take_picture(raw, wanted=rows is not None))
-            elif rows is not None:
-                values = self._decode_cloud(raw, self._cloud_ns[ordinals[raw.topic]])
-                yield raw.topic, rows, values
+                pictures += 1
+                wanted = pictures in self._waiting[image]
+                yield from self._made_pictures(self._take_picture(raw, wanted=wanted))
+            else:
+                yield from self._made_cloud(self._take_cloud(raw))
         yield from self._made_pictures(self._pictures.finish())
+        yield from self._made_cloud(self._clouds.rest())
+
+    def _take_cloud(self, raw: RawMessage) -> CloudMessage | None:
+        try:
+            return self._clouds.take(raw)
+        except RecordingError as error:
+            self._lost(raw.topic, "packet is damaged", str(error))
+            return None
+
+    def _made_cloud(
+        self, cloud: CloudMessage | None
+    ) -> Iterator[tuple[str, list[int], Values | str]]:
+        if cloud is None:
+            return
+        self._cloud_number += 1
+        rows = self._waiting[cloud.topic].get(self._cloud_number)
+        if rows is not None:
+            yield cloud.topic, rows, self._decode_cloud(cloud, self._cloud_ns[self._cloud_number])
 
     def _take_picture(self, raw: RawMessage, *, wanted: bool) -> list[Outcome]:
         if not wanted and not self._pictures.needs_all:
@@ -144,14 +160,13 @@ class SecondPass:
                 values = self._lost(topic, f"picture {_FAULTS[type(error)]}", str(error))
             yield topic, rows, values
 
-    def _decode_cloud(self, raw: RawMessage, time_ns: int) -> Values | str:
+    def _decode_cloud(self, message: CloudMessage, time_ns: int) -> Values | str:
         """The columns that a cloud gives, or the reason why it gives none."""
         try:
-            cloud = self._decode_points(self.recording.decode(raw))
-            placed = self._place(cloud, time_ns)
+            placed = self._place(message.decode(), time_ns)
             return self._point_columns(placed.cloud, placed.base_from_lidar)
         except tuple(_FAULTS) as error:
-            return self._lost(raw.topic, f"cloud {_FAULTS[type(error)]}", str(error))
+            return self._lost(message.topic, f"cloud {_FAULTS[type(error)]}", str(error))
 
     def _lost(self, topic: str, reason: str, detail: str) -> str:
         """Keep the first fault of a topic, and give the reason."""

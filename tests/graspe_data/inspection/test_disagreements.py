@@ -10,11 +10,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
 from graspe_data.inspection.inspection import inspect_recording
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.findings import KINDS
+from tests.graspe_data.recordings.decoding.lidars.test_hesai import packet as hesai_packet
+from tests.graspe_data.recordings.decoding.lidars.test_hesai import turning
 from tests.made_recordings import (
     CLOUD,
     COMMAND,
@@ -233,6 +236,18 @@ def in_a_body_frame() -> MadeRecording:
     return MadeRecording(mountings=(MOUNTINGS[0], body, optical))
 
 
+def of_packets() -> MadeRecording:
+    data = np.frombuffer(hesai_packet("PandarXT32", 1000, turning("PandarXT32")), np.uint8)
+    packed = np.concatenate([data, np.zeros(1500 - data.size, np.uint8)])
+
+    def scanned(message: Any) -> Any:
+        stamped = message.header.stamp
+        packet = TYPES["pandar_msgs/msg/PandarPacket"](stamped, packed, data.size)
+        return TYPES["pandar_msgs/msg/PandarScan"](header(time_of(message), "lidar"), [packet])
+
+    return MadeRecording().changed(CLOUD, scanned)
+
+
 def commanded(v: float) -> Callable[[], MadeRecording]:
     return lambda: MadeRecording().changed(COMMAND, lambda _: twist((v, 0.0), 0.0))
 
@@ -273,6 +288,7 @@ CASES: dict[str, Case] = {
         named_after_another, {"topics": {**ROBOT["topics"], "camera_info": "/rear/camera_info"}}
     ),
     "optical_frame": Case(in_a_body_frame),
+    "lidar_packets": Case(of_packets, {"lidar": {"model": "PandarXT32"}}),
     "odometry_by_lidar": Case(
         lambda: MadeRecording().without(ODOMETRY, COMMAND),
         {"odometry": "lidar", "topics": {"image": IMAGE, "points": CLOUD, "camera_info": INFO}},

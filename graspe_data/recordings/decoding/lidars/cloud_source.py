@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.lidars.hesai import HESAI_TYPES, HesaiDecoder
 from graspe_data.recordings.decoding.lidars.ouster import OUSTER_TYPES, OusterDecoder
 from graspe_data.recordings.decoding.lidars.ouster_metadata import parse_metadata
 from graspe_data.recordings.decoding.lidars.scan_assembly import ScanAssembler
@@ -20,6 +22,8 @@ from graspe_data.robot import Lidar
 from graspe_data.sensor_data import PointCloud
 
 STRING = "std_msgs/msg/String"
+LEAST_SHARE = 0.5
+"""Of a scan: of which less is there, as where a recording begins within it, is no cloud."""
 
 
 @dataclass(frozen=True)
@@ -27,19 +31,24 @@ class CloudMessage:
     """One cloud of a recording, not decoded yet.
 
     ``stamp_ns``: of its header, or of its first column; None where it has none, or where the
-    sensor counts from when it was switched on. ``bag_time_ns``: of its first message. ``share``:
-    how much of a whole scan is there. ``decode`` raises RecordingError.
+    sensor counts from when it was switched on. ``bag_time_ns``: of its first message; ``position``:
+    of the message that completes it. ``share``: how much of a whole scan is there. ``decode`` and
+    ``frame`` raise RecordingError.
     """
 
     topic: str
     stamp_ns: int | None
     bag_time_ns: int
     decode: Callable[[], PointCloud] = field(repr=False)
+    frame: Callable[[], str] = field(repr=False, default=str)
     share: float = 1.0
+    position: int = 0
 
 
 class CloudSource:
     """Turns the messages of one topic, fed in order, into clouds.
+
+    A scan of which less than half is there is none.
 
     Two passes over a recording give the same clouds in the same order, so that the ordinal of a
     cloud names it, as the ordinal of a message names one of another topic.
@@ -54,12 +63,29 @@ class CloudSource:
         self._recording, self.topic, self._lidar = recording, topic, lidar
         self._kind = recording.topics[topic].message_type
         self._assembler: ScanAssembler | None = None
+        self._hesai: HesaiDecoder | None = None
+        self._decode: Callable[[object], PointCloud]
+        self._position = 0
         if self._kind in OUSTER_TYPES:
             text, where = ouster_metadata(recording, topic)
             self._assembler = ScanAssembler(OusterDecoder(parse_metadata(text, where), topic))
             self._internal = parse_metadata(text, where).internal_clock
+        elif self._kind in HESAI_TYPES:
+            hesai = HesaiDecoder(lidar.model, Path(lidar.angles) if lidar.angles else None)
+            self._decode = lambda message: hesai.decode(message, topic)
+            self._hesai = hesai
         else:
             self._decode = cloud_decoder(self._kind, topic, lidar)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of the clouds, once one was decoded."""
+        return () if self._hesai is None else self._hesai.notes
+
+    @property
+    def joins(self) -> bool:
+        """Whether a cloud is joined of many messages."""
+        return self._assembler is not None
 
     def take(self, raw: RawMessage) -> CloudMessage | None:
         """Take the next message of the topic; gives the cloud that it completes, if any.
@@ -73,8 +99,11 @@ class CloudSource:
                 self._recording.header_stamp_ns(raw),
                 raw.bag_time_ns,
                 lambda: self._decode(self._recording.decode(raw)),
+                lambda: self._frame_of(raw),
+                position=raw.position,
             )
         packet = _buffer(self._recording.decode(raw))
+        self._position = raw.position
         return self._message(self._assembler.take(packet, raw.bag_time_ns))
 
     def rest(self) -> CloudMessage | None:
@@ -95,11 +124,27 @@ class CloudSource:
         if cloud := self.rest():
             yield cloud
 
+    def _frame_of(self, raw: RawMessage) -> str:
+        message = self._recording.decode(raw)
+        if self._hesai is not None:
+            self._hesai.decode(message, self.topic)
+        return _frame(message)
+
     def _message(self, scan: Any) -> CloudMessage | None:
         if scan is None:
             return None
+        if scan.share < LEAST_SHARE:
+            return None
         stamp = None if self._internal else scan.stamp_ns
-        return CloudMessage(self.topic, stamp, scan.bag_time_ns, scan.cloud, scan.share)
+        return CloudMessage(
+            self.topic,
+            stamp,
+            scan.bag_time_ns,
+            scan.cloud,
+            lambda: str(scan.cloud().frame),
+            scan.share,
+            self._position,
+        )
 
 
 def ouster_metadata(recording: Recording, topic: str) -> tuple[str, str]:
@@ -129,6 +174,11 @@ def ouster_metadata(recording: Recording, topic: str) -> tuple[str, str]:
     if not texts:
         raise RecordingError(f"{recording.path}: no message on {chosen[0]}, which {topic} needs.")
     return texts[-1], f"{recording.path}: {chosen[0]}"
+
+
+@refuses_unfit_messages
+def _frame(message: Any) -> str:
+    return str(message.header.frame_id)
 
 
 @refuses_unfit_messages

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from mcap.writer import CompressionType, Writer
 
 from graspe_data.recordings import RawMessage, open_recording
@@ -97,9 +98,13 @@ def test_the_files_of_a_recording_follow_each_other(
 ) -> None:
     folder = write(container, count=30)
     first = single(folder)
-    for number in (1, 2):
-        shutil.copy(first, first.with_name(f"{first.stem}_{number}{first.suffix}"))
-    (folder / "metadata.yaml").unlink()
+    files = [first, *(first.with_name(f"{first.stem}_{n}{first.suffix}") for n in (1, 2))]
+    for file in files[1:]:
+        shutil.copy(first, file)
+    metadata = yaml.safe_load((folder / "metadata.yaml").read_text(encoding="utf-8"))
+    information = metadata["rosbag2_bagfile_information"]
+    information["relative_file_paths"] = [file.name for file in files]
+    (folder / "metadata.yaml").write_text(yaml.safe_dump(metadata), encoding="utf-8")
     with open_recording(folder) as recording:
         positions = [raw.position for raw in recording.messages()]
     assert positions == sorted(set(positions))

@@ -310,7 +310,7 @@ def test_a_recording_of_packets_is_read_as_clouds(
     tmp_path: Path, kind: str, container: Any
 ) -> None:
     path = tmp_path / ("drive.bag" if container == "bag" else "drive")
-    packets = frame_of(PROFILE, 3) + frame_of(PROFILE, 4)[:9]
+    packets = frame_of(PROFILE, 3) + frame_of(PROFILE, 4)[:20] + frame_of(PROFILE, 5)[:9]
     record(path, kind, packets, metadata(PROFILE), container)
     with open_recording(path) as recording:
         source = CloudSource(recording, TOPIC, Lidar())
