@@ -129,6 +129,9 @@ class Lidar(Settings):
     """None takes it from the clouds' headers."""
     rings: Annotated[int, Field(ge=1, le=256)] | None = None
     """None recovers the number of rings from the cloud where it has no ring field."""
+    intensity_field: str | None = None
+    """Field of PointCloud2 that tells how strong a return is: ``reflectivity`` of an Ouster. None
+    takes the first present of intensity, intensities, i and reflectivity."""
     intensity_maximum: Positive = 255.0
     minimum_range: Annotated[float, Field(ge=0, le=1000)] = 0.0
 

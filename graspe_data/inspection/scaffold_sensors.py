@@ -133,6 +133,10 @@ def _lidar_facts(topic: TopicSurvey, content: CloudContent) -> Lines:
 def _intensity(content: CloudContent) -> Lines:
     """The scale of intensity: 1 or 255 where that holds all that was seen, else what was seen."""
     brightest = content.intensity_maximum
+    if content.reflectivity_maximum is not None:
+        note = "guess: calibrated by the sensor; the field intensity counts what the receiver saw"
+        yield ManifestLine(1, "intensity_field", "reflectivity", note)
+        brightest = content.reflectivity_maximum
     if brightest is None:
         yield ManifestLine(1, "intensity_maximum", 255.0, "missing: the cloud has no intensity")
         return

@@ -32,6 +32,8 @@ class CloudContent:
     rings: int | None
     intensity_maximum: float | None
     ground_z: float | None
+    reflectivity_maximum: float | None = None
+    """Of the field ``reflectivity``, where there is one beside another intensity."""
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from graspe_data.recordings.decoding import (
     decode_calibration,
     decode_inertial,
     decode_motion,
+    decode_points,
     decode_scan,
     decode_transforms,
 )
@@ -34,7 +35,7 @@ from graspe_data.recordings.decoding.lidars.cloud_source import CloudSource
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Lidar
-from graspe_data.sensor_data import StampedTransform
+from graspe_data.sensor_data import PointCloud, StampedTransform
 
 MAXIMUM_EDGES: Final = 512
 _GROUND_WITHIN_M: Final = 10.0
@@ -109,6 +110,7 @@ class _Clouds(_Sampled):
     counts: list[int] = field(default_factory=list)
     rings: int | None = None
     brightest: float | None = None
+    reflective: float | None = None
     ground: float | None = None
 
     def observe(self, message: Any, raw: RawMessage) -> None:
@@ -127,16 +129,18 @@ class _Clouds(_Sampled):
             return
         if cloud.ring is not None:
             self.rings = max(self.rings or 0, int(cloud.ring.max()) + 1)
-        if cloud.intensity is not None:
-            intensity = cloud.intensity[np.isfinite(cloud.intensity)]
-            self.brightest = max(self.brightest or 0.0, float(intensity.max(initial=0.0)))
+        self.brightest = _brighter(self.brightest, cloud)
+        if {"intensity", "reflectivity"} <= set(self.fields):
+            calibrated = decode_points(message, self.topic, "reflectivity")
+            self.reflective = _brighter(self.reflective, calibrated)
         self.ground = _ground(cloud.xyz) if self.ground is None else self.ground
 
     def content(self) -> CloudContent | None:
         if not self.counts:
             return None
         span = (self.counts[0], self.counts[-1])
-        return CloudContent(span, self.fields, self.rings, self.brightest, self.ground)
+        strengths = self.brightest, self.ground, self.reflective
+        return CloudContent(span, self.fields, self.rings, *strengths)
 
 
 @dataclass
@@ -207,6 +211,13 @@ def _encoding(message: Any) -> str:
     if bytes(message.data[:3]) == b"\xff\xd8\xff":
         return "jpeg"
     return "png" if bytes(message.data[:4]) == b"\x89PNG" else str(message.format)
+
+
+def _brighter(before: float | None, cloud: PointCloud) -> float | None:
+    if cloud.intensity is None:
+        return before
+    known = cloud.intensity[np.isfinite(cloud.intensity)]
+    return max(before or 0.0, float(known.max(initial=0.0)))
 
 
 def _widened(bounds: list[float], value: float | None) -> list[float]:

@@ -51,7 +51,8 @@ def cloud_decoder(
     if message_type in LIVOX_TYPES:
         return lambda message: decode_livox(message, topic)
     if message_type == POINT_CLOUD:
-        return lambda message: decode_points(message, topic)
+        strength = None if isinstance(lidar, str) else lidar.intensity_field
+        return lambda message: decode_points(message, topic, strength)
     if message_type in UNREAD_PACKETS:
         raise RecordingError(
             f"{topic}: {message_type}: packets of {UNREAD_PACKETS[message_type]} are not read. "

@@ -25,23 +25,25 @@ Floats32 = NDArray[np.float32]
 
 
 @refuses_unfit_messages
-def decode_points(message: Any, topic: str) -> PointCloud:
+def decode_points(message: Any, topic: str, strength: str | None = None) -> PointCloud:
     """Decode a sensor_msgs/PointCloud2.
 
     Any order, offset, type and padding of fields, of points and of rows, and both byte orders; a
-    byte order that is declared wrongly is mended, see `in_true_order`. Intensity is the first
-    present of ``intensity``, ``intensities``, ``i`` and ``reflectivity``; ring the first of
+    byte order that is declared wrongly is mended, see `in_true_order`. Intensity is the field
+    ``strength``, without one the first present of ``intensity``, ``intensities``, ``i`` and
+    ``reflectivity``; ring the first of
     ``ring``, ``channel``, ``laser_id`` and ``line`` that is of an integer type, else the row or the
     column of an organised cloud, if that is a ring, see `organised_rings`, else None. Points whose
     x, y or z is NaN or infinite as float32, or which lie at (0, 0, 0), are removed. Of an empty
     cloud the fields are not looked at: intensity and ring are None.
 
     Raises:
-        RecordingError: x, y or z is absent or no float, a field lies outside its point, there is
-            less data than the size asks for, or most points lie where no lidar reaches.
+        RecordingError: x, y or z is absent or no float, ``strength`` is absent, a field lies
+            outside its point, there is less data than the size asks for, or most points lie where
+            no lidar reaches.
     """
     where = place(topic, message.header)
-    points = in_true_order(_structured(message, where), where)
+    points = in_true_order(_structured(message, where, strength), where)
     names = points.dtype.names or ()
     with np.errstate(over="ignore", invalid="ignore"):
         axes = [_column(points, axis, np.float32) for axis in "xyz"]
@@ -61,7 +63,7 @@ def decode_points(message: Any, topic: str) -> PointCloud:
     )
 
 
-def _structured(message: Any, where: str) -> NDArray[np.void]:
+def _structured(message: Any, where: str, strength: str | None) -> NDArray[np.void]:
     """A view on the message's bytes, (H, W), with the fields x, y, z, intensity, ring."""
     height, width, step = int(message.height), int(message.width), int(message.point_step)
     if not (height and width):
@@ -75,12 +77,18 @@ def _structured(message: Any, where: str) -> NDArray[np.void]:
             f"its driver is wrong."
         )
     fields = {field.name: field for field in reversed(message.fields)}
-    dtype = _point_type(fields, step, bool(message.is_bigendian), where)
+    if strength is not None and strength not in fields:
+        raise RecordingError(
+            f"{where}: no field {strength!r}; found {', '.join(sorted(fields))}. Correct "
+            f"`lidar.intensity_field` in the robot manifest."
+        )
+    names = INTENSITY_NAMES if strength is None else (strength,)
+    dtype = _point_type(fields, names, step, bool(message.is_bigendian), where)
     return np.ndarray((height, width), dtype, buffer=message.data, strides=(row_step, step))
 
 
 def _point_type(
-    fields: Mapping[str, Any], step: int, big_endian: bool, where: str
+    fields: Mapping[str, Any], strengths: Sequence[str], step: int, big_endian: bool, where: str
 ) -> np.dtype[np.void]:
     chosen = {axis: fields[axis] for axis in "xyz" if axis in fields}
     if len(chosen) < len("xyz") or any(field.datatype not in (7, 8) for field in chosen.values()):
@@ -90,7 +98,7 @@ def _point_type(
             f"{where}: a cloud needs x, y and z of float32 or float64; found the fields "
             f"{described or 'none'}. Name another topic as `points` in the robot manifest."
         )
-    intensity = _first(fields, INTENSITY_NAMES, "iuf")
+    intensity = _first(fields, strengths, "iuf")
     ring = _first(fields, RING_NAMES, "iu")
     chosen |= {"intensity": intensity} if intensity else {}
     chosen |= {"ring": ring} if ring else {}
