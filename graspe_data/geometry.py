@@ -1,9 +1,7 @@
-"""Rigid transforms, rotations and the tree of frames. Quaternions are (x, y, z, w), as in ROS."""
+"""Rigid transforms and rotations. Quaternions are (x, y, z, w), as in ROS."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
@@ -121,43 +119,3 @@ class Transform:
 def plain_frame(name: str) -> str:
     """A frame's name without the leading slash of old recordings."""
     return name.lstrip("/")
-
-
-class FrameTree:
-    """Fixed transforms between frames, looked up along the shortest path."""
-
-    def __init__(self, edges: Mapping[tuple[str, str], Transform]) -> None:
-        """Take edges (parent, child) -> transform of the child in the parent."""
-        self._neighbours: dict[str, dict[str, Transform]] = {}
-        for (parent, child), transform in edges.items():
-            up, down = plain_frame(parent), plain_frame(child)
-            self._neighbours.setdefault(up, {})[down] = transform
-            self._neighbours.setdefault(down, {})[up] = transform.inverse()
-
-    @property
-    def frames(self) -> list[str]:
-        """All frames, sorted."""
-        return sorted(self._neighbours)
-
-    def lookup(self, target: str, source: str) -> Transform:
-        """The transform that carries points of ``source`` into ``target``.
-
-        Raises:
-            GeometryError: The frames do not connect; the text lists those that are known.
-        """
-        start, goal = plain_frame(target), plain_frame(source)
-        reached = {start: Transform.identity()}
-        queue = deque([start])
-        while queue and goal not in reached:
-            frame = queue.popleft()
-            for neighbour, step in self._neighbours.get(frame, {}).items():
-                if neighbour not in reached:
-                    reached[neighbour] = reached[frame] @ step
-                    queue.append(neighbour)
-        if goal not in reached:
-            known = ", ".join(self.frames) or "none"
-            raise GeometryError(
-                f"No fixed transform from {source!r} to {target!r}; frames in the recording's "
-                f"tf_static: {known}. Give the extrinsics in the robot manifest."
-            )
-        return reached[goal]

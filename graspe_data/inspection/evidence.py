@@ -51,7 +51,6 @@ class Evidence:
     survey: Survey
     choice: TopicChoice
     robot: Robot | None
-    guessed: bool
     transforms: TransformBuffer
     findings: tuple[Finding, ...] = ()
     tracks: Tracks | None = None
@@ -89,12 +88,12 @@ def gather_evidence(
     nothing = TransformBuffer({})
     needed = NEEDED[:2] if robot is not None and robot.by_lidar else NEEDED
     if not all(choice.topics.get(role) in recording.topics for role in needed):
-        return Evidence(survey, choice, robot, robot is None, nothing)
+        return Evidence(survey, choice, robot, nothing)
     asked, told = robot or _first_draft(choice), list[Finding]()
     try:
         tracks = read_all_tracks(recording, asked, told)
     except RecordingError as error:
-        return Evidence(survey, choice, asked, robot is None, nothing, fault=str(error))
+        return Evidence(survey, choice, asked, nothing, fault=str(error))
     transforms = plain_transforms(tracks)
     placeholders = frozenset[str]()
     if robot is None:
@@ -104,7 +103,6 @@ def gather_evidence(
             survey,
             choice,
             asked,
-            robot is None,
             transforms,
             tracks=tracks,
             findings=tuple(told),

@@ -12,7 +12,7 @@ import numpy as np
 from graspe_data.errors import RecordingError
 from graspe_data.geometry import plain_frame
 from graspe_data.inspection.roles import Role, roles_of
-from graspe_data.inspection.topic_content import Content, FramesContent
+from graspe_data.inspection.topic_content import Content
 from graspe_data.inspection.topic_observers import MAXIMUM_EDGES, Observer, observer_of
 from graspe_data.recordings.decoding import decode_transforms
 from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
@@ -78,13 +78,6 @@ def survey_recording(recording: Recording) -> Survey:
     moving = {k: e.stamps.track(" -> ".join(k)) for k, e in sorted(edges.items()) if e.moved}
     surveyed = {name: topic.survey() for name, topic in topics.items()}
     return Survey(surveyed, tuple(recording.losses), moving)
-
-
-def fixed_edges(survey: Survey) -> FramesContent:
-    """The edges of all static tf topics."""
-    topics = survey.serving("tf_static").values()
-    contents = [t.content for t in topics if isinstance(t.content, FramesContent)]
-    return FramesContent(tuple(edge for content in contents for edge in content.edges))
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -135,8 +135,3 @@ def _counts(serving: Mapping[str, TopicSurvey]) -> dict[str, tuple[str, int]]:
 def _odometry_frames(topic: TopicSurvey) -> tuple[str, str]:
     child = topic.content.child_frame if isinstance(topic.content, MotionContent) else ""
     return plain_frame(topic.frame) or "odom", plain_frame(child) or "base_link"
-
-
-def others(survey: Survey, role: Role, chosen: str) -> Collection[str]:
-    """The other topics that could serve a role."""
-    return sorted(set(survey.serving(role)) - {chosen})

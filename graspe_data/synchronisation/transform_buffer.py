@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +131,17 @@ class TransformBuffer:
         for parent, child in self.edges:
             self._neighbours.setdefault(parent, []).append(child)
             self._neighbours.setdefault(child, []).append(parent)
+
+    @classmethod
+    def of_fixed(cls, edges: Mapping[Edge, Transform]) -> Self:
+        """A buffer of transforms that never change."""
+        always = np.zeros(1, np.int64)
+        return cls(
+            {
+                (plain_frame(parent), plain_frame(child)): FixedEdge(always, (transform,))
+                for (parent, child), transform in edges.items()
+            }
+        )
 
     @property
     def frames(self) -> list[str]:

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from graspe_data.errors import GeometryError
 from graspe_data.geometry import (
     Floats,
-    FrameTree,
     Transform,
     plain_frame,
     roll_pitch_yaw,
@@ -144,72 +143,6 @@ def test_points_of_any_shape_keep_it_and_their_type(
     moved = Transform.identity().apply(np.ones(shape, dtype))
     assert moved.shape == shape
     assert moved.dtype == dtype
-
-
-@pytest.fixture
-def tree() -> FrameTree:
-    """map > odom > base_link > mast > (camera, lidar), and a frame on an island."""
-    quarter = np.array([0, 0, HALF, HALF])
-    return FrameTree(
-        {
-            ("map", "odom"): Transform(np.eye(3), np.array([100.0, 0, 0])),
-            ("/odom", "base_link"): Transform.from_quaternion(np.array([1.0, 0, 0]), quarter),
-            ("base_link", "/mast"): Transform(np.eye(3), np.array([0, 0, 1.0])),
-            ("mast", "camera"): Transform.from_quaternion(np.array([0.5, 0, 0]), quarter),
-            ("mast", "lidar"): Transform(np.eye(3), np.array([0, 0, 0.25])),
-            ("island", "palm"): Transform.identity(),
-        }
-    )
-
-
-@pytest.mark.parametrize(
-    ("target", "source", "image_of_the_origin"),
-    [
-        ("base_link", "base_link", (0, 0, 0)),
-        ("base_link", "camera", (0.5, 0, 1)),
-        ("camera", "base_link", (0, 0.5, -1)),
-        ("lidar", "camera", (0.5, 0, -0.25)),
-        ("odom", "camera", (1, 0.5, 1)),
-        ("/map", "/lidar", (101, 0, 1.25)),
-    ],
-)
-def test_frames_are_looked_up_over_any_number_of_edges(
-    tree: FrameTree, target: str, source: str, image_of_the_origin: tuple[float, ...]
-) -> None:
-    found = tree.lookup(target, source)
-    same(found.apply(np.zeros(3)), image_of_the_origin)
-
-
-def test_there_and_back_is_nothing(tree: FrameTree) -> None:
-    both = tree.lookup("map", "camera") @ tree.lookup("camera", "map")
-    same(both.rotation, np.eye(3))
-    same(both.translation, np.zeros(3))
-
-
-def test_a_loop_is_cut_short() -> None:
-    step = Transform(np.eye(3), np.array([1.0, 0, 0]))
-    around = {("a", "b"): step, ("b", "c"): step, ("c", "d"): step, ("d", "a"): step}
-    np.testing.assert_array_equal(FrameTree(around).lookup("a", "d").translation, [-1, 0, 0])
-
-
-@pytest.mark.parametrize("source", ["laser", "palm"])
-def test_frames_that_do_not_connect_are_named_with_those_that_are_known(
-    tree: FrameTree, source: str
-) -> None:
-    with pytest.raises(GeometryError) as caught:
-        tree.lookup("base_link", source)
-    text = str(caught.value)
-    assert f"No fixed transform from '{source}' to 'base_link'" in text
-    assert "base_link, camera, island, lidar, map, mast, odom, palm" in text
-    assert "robot manifest" in text
-
-
-def test_without_frames_there_is_only_the_way_to_oneself() -> None:
-    empty = FrameTree({})
-    assert empty.frames == []
-    np.testing.assert_array_equal(empty.lookup("a", "/a").rotation, np.eye(3))
-    with pytest.raises(GeometryError, match="tf_static: none"):
-        empty.lookup("a", "b")
 
 
 def test_old_recordings_write_a_slash_before_a_frame() -> None:

@@ -97,9 +97,9 @@ def _met(path: Path, recipe: DatasetRecipe, episode: Episode) -> Recorded:
     topics = robot.topics
     pictures, clouds, motions = {}, {}, []
     with open_recording(path) as recording:
-        tracks = synchronise(
+        synchronised = synchronise(
             recording, robot, recipe.dataset.clocks, recipe.dataset.synchronisation
-        ).tracks
+        )
         kinds = {name: info.message_type for name, info in recording.topics.items()}
         points = cloud_decoder(kinds[topics.points], topics.points, robot.lidar.model)
         for raw in recording.messages({topics.image, topics.points, topics.odometry}):
@@ -112,13 +112,14 @@ def _met(path: Path, recipe: DatasetRecipe, episode: Episode) -> Recorded:
                 clouds[cloud.stamp_ns] = cloud
             else:
                 motions.append(decode_motion(message, kinds[raw.topic], raw.topic))
-    assert tracks.calibration is not None
+    told, transforms = synchronised.tracks.calibration, synchronised.placement.transforms
+    assert told is not None
     cameras = next(iter(pictures.values())).frame
     lidars = next(iter(clouds.values())).frame
     calibration = Calibration(
-        tracks.calibration.intrinsics,
-        tracks.frames.lookup(robot.base_frame, cameras),
-        tracks.frames.lookup(robot.base_frame, lidars),
+        told.intrinsics,
+        transforms.lookup(robot.base_frame, cameras, 0),
+        transforms.lookup(robot.base_frame, lidars, 0),
     )
     return Recorded(recipe, episode, calibration, pictures, clouds, tuple(motions))
 

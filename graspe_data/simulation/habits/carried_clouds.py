@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from graspe_data.errors import ManifestError
-from graspe_data.geometry import FrameTree, Transform, plain_frame
+from graspe_data.geometry import Transform, plain_frame
 from graspe_data.simulation.habits.clouds import laid_out, points_of
 from graspe_data.simulation.habits.message_parts import edges_of, pose_of, stamp_of
 from graspe_data.simulation.habits.recorded import Habit, Recorded
 from graspe_data.simulation.habits.transforms import TF_STATIC
+from graspe_data.synchronisation.transform_buffer import TransformBuffer
 
 
 def clouds_in_odometry_frame(points: str, odometry: str) -> Habit:
@@ -75,7 +76,8 @@ class _Carrier:
         return replace(message, content=self._moved(message.content, *self._poses[stamp_ns]))
 
     def _moved(self, cloud: Any, odom: str, base: str, pose: Transform) -> Any:
-        mounted = FrameTree(self._edges).lookup(base, plain_frame(cloud.header.frame_id))
+        frame = plain_frame(cloud.header.frame_id)
+        mounted = TransformBuffer.of_fixed(self._edges).lookup(base, frame, 0)
         points = points_of(cloud).copy()
         xyz = np.stack([points[axis] for axis in "xyz"], axis=1).astype(np.float64)
         moved = (pose @ mounted).apply(xyz)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graspe_data.geometry import FrameTree, Transform
+from graspe_data.geometry import Transform
 from graspe_data.recordings import open_recording
 from graspe_data.recordings.decoding import (
     decode_calibration,
@@ -21,6 +21,7 @@ from graspe_data.recordings.decoding import (
 from graspe_data.sensor_data import Motion, StampedTransform
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.recording import record_drive
+from graspe_data.synchronisation.transform_buffer import TransformBuffer
 from tests.conftest import GardenDrive
 
 PICTURE, CLOUD = "/camera/color/image_raw/compressed", "/velodyne_points"
@@ -51,7 +52,7 @@ class Told:
             (edge.parent, edge.child): _transform(edge)
             for edge in decode_transforms(self.by_topic["/tf_static"][0])
         }
-        return base @ FrameTree(edges).lookup("base_link", frame)
+        return base @ TransformBuffer.of_fixed(edges).lookup("base_link", frame, 0)
 
 
 def _transform(edge: StampedTransform) -> Transform:

@@ -60,7 +60,7 @@ class CloudSource:
         Raises:
             RecordingError: No cloud in such messages, or packets without metadata.
         """
-        self._recording, self.topic, self._lidar = recording, topic, lidar
+        self._recording, self.topic = recording, topic
         self._kind = recording.topics[topic].message_type
         self._assembler: ScanAssembler | None = None
         self._hesai: HesaiDecoder | None = None

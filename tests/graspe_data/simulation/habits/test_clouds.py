@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from graspe_data.errors import ManifestError
-from graspe_data.geometry import FrameTree
 from graspe_data.recordings.decoding import VelodyneDecoder, decode_image, decode_points
 from graspe_data.simulation.habits.carried_clouds import clouds_in_odometry_frame
 from graspe_data.simulation.habits.clouds import (
@@ -30,6 +29,7 @@ from graspe_data.simulation.habits.recorded import (
     left_out,
     with_habits,
 )
+from graspe_data.synchronisation.transform_buffer import TransformBuffer
 from tests.graspe_data.simulation.habits.conftest import IMAGE, ODOMETRY, POINTS, on
 
 
@@ -105,7 +105,7 @@ def test_clouds_in_the_odometry_frame_come_back_by_the_pose_at_their_stamp(
     plain = list(with_habits(plain, [changed(ODOMETRY, partial(_begun, away=away))]))
     before, after = clouds(plain, clouds_in_odometry_frame(POINTS, ODOMETRY))
     edges = {(e.parent, e.child): e.transform for e in edges_of(on(plain, "/tf_static")[0])}
-    mounted = FrameTree(edges).lookup("base_link", "velodyne")
+    mounted = TransformBuffer.of_fixed(edges).lookup("base_link", "velodyne", 0)
     poses = {stamp_of(message): pose_of(message) for message in on(plain, ODOMETRY)}
     moved = 0.0
     for truth, told in zip(before, after, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from graspe_data.geometry import FrameTree, Transform
+from graspe_data.geometry import Transform
 from graspe_data.simulation.habits.message_parts import edges_of, stamp_of
 from graspe_data.simulation.habits.recorded import Habit, Recorded, with_habits
 from graspe_data.simulation.habits.robots import VISION
@@ -18,10 +18,11 @@ from graspe_data.simulation.habits.transforms import (
     mounting_in_hops,
     second_odometry,
 )
+from graspe_data.synchronisation.transform_buffer import TransformBuffer
 from tests.graspe_data.simulation.habits.conftest import on
 
 
-def trees(stream: Iterable[Recorded]) -> dict[int, FrameTree]:
+def trees(stream: Iterable[Recorded]) -> dict[int, TransformBuffer]:
     """All edges of each message of /tf, with the fixed ones, by stamp."""
     stream, found = list(stream), {}
     fixed = {
@@ -29,7 +30,7 @@ def trees(stream: Iterable[Recorded]) -> dict[int, FrameTree]:
     }
     for message in on(stream, "/tf"):
         moving = {(e.parent, e.child): e.transform for e in edges_of(message)}
-        found[stamp_of(message.transforms[0])] = FrameTree(fixed | moving)
+        found[stamp_of(message.transforms[0])] = TransformBuffer.of_fixed(fixed | moving)
     return found
 
 
@@ -60,7 +61,7 @@ def test_every_frame_stays_where_it_was(plain: list[Recorded], habits: list[Habi
     assert before.keys() == after.keys()
     for stamp, tree in before.items():
         for frame in ("base_link", "velodyne", "camera_optical"):
-            assert_same(after[stamp].lookup("odom", frame), tree.lookup("odom", frame))
+            assert_same(after[stamp].lookup("odom", frame, 0), tree.lookup("odom", frame, 0))
 
 
 def test_the_inverted_odometry_frame_is_a_child_of_the_body(plain: list[Recorded]) -> None:
@@ -77,12 +78,12 @@ def test_of_two_odometry_frames_one_is_the_parent_and_one_the_child(plain: list[
         ("base_link", "vision"),
     }
     for tree in trees(stream).values():
-        assert_same(tree.lookup("vision", "odom"), VISION)
+        assert_same(tree.lookup("vision", "odom", 0), VISION)
 
 
 def test_a_footprint_is_level_and_on_the_ground(plain: list[Recorded]) -> None:
     for tree in trees(with_habits(plain, HABITS["footprint"])).values():
-        footprint = tree.lookup("odom", "base_footprint")
+        footprint = tree.lookup("odom", "base_footprint", 0)
         np.testing.assert_allclose(footprint.rotation[2], [0, 0, 1], atol=1e-12)
         assert footprint.translation[2] == 0.0
 
