@@ -37,7 +37,9 @@ def killed_recorder(source: Path, target: Path) -> None:
     read, write = sqlite3.connect(source), sqlite3.connect(work / source.name, isolation_level=None)
     write.execute("PRAGMA journal_mode = WAL")
     write.execute("PRAGMA wal_autocheckpoint = 0")
-    tables = read.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY type DESC")
+    tables = read.execute(
+        "SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY type DESC"
+    )
     for name, statement in list(tables):
         write.execute(statement)
         if name != "messages" and statement.startswith("CREATE TABLE"):
@@ -101,12 +103,14 @@ def _rewrite(
 
 def _schema(writer: Writer, kind: str | None, encoding: str, message_type: str) -> int:
     if kind is None:
-        text = idl_sections(message_type)
-        return writer.register_schema(message_type, "ros2idl", text.encode())
-    if encoding == "json":
-        return writer.register_schema(f"foxglove.{kind}", "jsonschema", b'{"type": "object"}')
-    descriptors = build_file_descriptor_set(CLASSES[kind]).SerializeToString()
-    return writer.register_schema(f"foxglove.{kind}", "protobuf", descriptors)
+        name, form, content = message_type, "ros2idl", idl_sections(message_type).encode()
+    elif encoding == "json":
+        name, form, content = f"foxglove.{kind}", "jsonschema", b'{"type": "object"}'
+    else:
+        content = build_file_descriptor_set(CLASSES[kind]).SerializeToString()
+        name, form = f"foxglove.{kind}", "protobuf"
+    number: int = writer.register_schema(name, form, content)
+    return number
 
 
 def _stamped(header: Any, frame: str = "frame_id") -> dict[str, Any]:

@@ -36,7 +36,11 @@ def idl_text(message_type: str) -> str:
     includes = {inner for _, kind in fields for inner in _references(kind)}
     lines = [f'#include "{inner}.idl"' for inner in sorted(includes)]
     lines += [f"module {module} {{" for module in modules]
-    lines += ['  @verbatim (language="comment", text=', '    "A message." "\\n"', '    "Of (two) parts;")']
+    lines += [
+        '  @verbatim (language="comment", text=',
+        '    "A message." "\\n"',
+        '    "Of (two) parts;")',
+    ]
     lines += [f"  struct {name} {{", *(_member(field, kind) for field, kind in fields), "  };"]
     return "\n".join([*lines, *("};" for _ in modules)]) + "\n"
 

@@ -21,7 +21,9 @@ from graspe_data.recordings.recording import MAXIMUM_DEFINITIONS
 from tests.graspe_data.recordings.idl_text import idl_text
 
 LINE = "=" * 80
-VECTOR = "module geometry_msgs { module msg { struct Vector3 { double x; double y; double z; }; }; };"
+VECTOR = (
+    "module geometry_msgs { module msg { struct Vector3 { double x; double y; double z; }; }; };"
+)
 TWIST = """#include "geometry_msgs/msg/Vector3.idl"
 module geometry_msgs { module msg {
   @verbatim (language="comment", text=
@@ -187,8 +189,7 @@ def test_idl_decodes_messages_of_a_type_of_its_own(tmp_path: Path) -> None:
         (
             "IDL",
             "robot/msg/Speeds",
-            "module robot { module msg { struct Speeds { unsigned short id; sequence<float> v; };"
-            " }; };",
+            ("module robot { module msg { struct Speeds { uint16 id; sequence<float> v; }; }; };"),
         )
     )
     data = b"\0\1\0\0" + b"\7\0\0\0" + b"\2\0\0\0" + b"\0\0\x80\x3f\0\0\0\x40"

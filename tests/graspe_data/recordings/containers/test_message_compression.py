@@ -86,9 +86,7 @@ def test_a_damaged_payload_costs_one_message(write: Any, read: Any, described: b
         assert "zstd payload" in loss.reason
 
 
-def test_a_file_compressed_as_a_whole_may_hold_compressed_messages(
-    write: Any, read: Any
-) -> None:
+def test_a_file_compressed_as_a_whole_may_hold_compressed_messages(write: Any, read: Any) -> None:
     folder = write("mcap")
     target = _recompressed(folder, "packed", CompressionType.LZ4)
     file = next(target.glob("*.mcap"))

@@ -13,7 +13,9 @@ from mcap.writer import CompressionType, Writer
 from graspe_data.recordings import RawMessage, open_recording
 from graspe_data.recordings.writing import COMPRESSIONS
 
-PACKINGS = [(container, packing) for container in COMPRESSIONS for packing in COMPRESSIONS[container]]
+PACKINGS = [
+    (container, packing) for container in COMPRESSIONS for packing in COMPRESSIONS[container]
+]
 TWICE = [*range(0, 3000, 100), *range(0, 3000, 100)]
 
 
@@ -36,9 +38,7 @@ def _mcap(path: Path, times: list[int], chunk_size: int = 300, **options: Any) -
 
 
 @pytest.mark.parametrize(("container", "packing"), PACKINGS)
-def test_positions_rise_with_the_order_of_writing(
-    write: Any, container: Any, packing: Any
-) -> None:
+def test_positions_rise_with_the_order_of_writing(write: Any, container: Any, packing: Any) -> None:
     times = [raw.bag_time_ns for raw in _in_written_order(write(container, packing))]
     assert times == sorted(times)
     assert len(times) == 120
@@ -79,9 +79,7 @@ def test_a_bag_whose_end_is_lost_keeps_its_order(write: Any, packing: Any) -> No
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-def test_rows_are_placed_by_their_number(
-    write: Any, single: Any, in_order: bool
-) -> None:
+def test_rows_are_placed_by_their_number(write: Any, single: Any, in_order: bool) -> None:
     path = single(write("db3", count=20))
     with sqlite3.connect(path) as database:
         database.execute("UPDATE messages SET timestamp = (id * 7) % 41")
