@@ -103,12 +103,14 @@ def _rewrite(
 
 def _schema(writer: Writer, kind: str | None, encoding: str, message_type: str) -> int:
     if kind is None:
-        text = idl_sections(message_type)
-        return writer.register_schema(message_type, "ros2idl", text.encode())
-    if encoding == "json":
-        return writer.register_schema(f"foxglove.{kind}", "jsonschema", b'{"type": "object"}')
-    descriptors = build_file_descriptor_set(CLASSES[kind]).SerializeToString()
-    return writer.register_schema(f"foxglove.{kind}", "protobuf", descriptors)
+        name, form, content = message_type, "ros2idl", idl_sections(message_type).encode()
+    elif encoding == "json":
+        name, form, content = f"foxglove.{kind}", "jsonschema", b'{"type": "object"}'
+    else:
+        content = build_file_descriptor_set(CLASSES[kind]).SerializeToString()
+        name, form = f"foxglove.{kind}", "protobuf"
+    number: int = writer.register_schema(name, form, content)
+    return number
 
 
 def _stamped(header: Any, frame: str = "frame_id") -> dict[str, Any]:

@@ -6,7 +6,7 @@ import zlib
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
 
 from graspe_data.recordings.containers.decompression import MAXIMUM_SIZE, decompress
@@ -16,6 +16,7 @@ from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.messages import Loss, RawMessage
 
 PENDING = 256 << 20
+MAXIMUM_LOSSES = 1000
 
 Walk = Callable[[bytes], Iterator[tuple[int, int, memoryview]]]
 """From a chunk's content to (channel, time in ns, data); ValueError at the first broken record."""
@@ -50,6 +51,8 @@ class ChunkReader:
         self.first_position = first_position
         self.limit = WorkLimit(source.path, source.size)
         self._positions: dict[int, int] = {}
+        self._noted = 0
+        self._together: dict[str | None, int] = {}
 
     def messages(
         self, spans: Sequence[ChunkSpan], wanted: Collection[int], losses: list[Loss]
@@ -100,12 +103,29 @@ class ChunkReader:
         except ValueError as error:
             fault = fault or str(error)
         self.limit.spend(len(content), position - first)
-        losses += self._losses(span, fault, seen, messages)
-        losses += [
-            Loss(f"{self._where(span)} has messages of {what}", None, count)
-            for what, count in sorted(unknown.items())
-        ]
+        self._note(losses, self._losses(span, fault, seen, messages))
+        self._note(
+            losses,
+            [
+                Loss(f"{self._where(span)} has messages of {what}", None, count)
+                for what, count in sorted(unknown.items())
+            ],
+        )
         return messages
+
+    def _note(self, losses: list[Loss], found: Sequence[Loss]) -> None:
+        """Add losses; beyond a thousand, those of a topic are counted together."""
+        for loss in found:
+            place = self._together.get(loss.topic)
+            if self._noted < MAXIMUM_LOSSES:
+                losses.append(loss)
+            elif place is None:
+                self._together[loss.topic] = len(losses)
+                losses.append(replace(loss, reason=f"{loss.reason}, and more such chunks"))
+            else:
+                count = (losses[place].messages or 0) + (loss.messages or 0)
+                losses[place] = replace(losses[place], messages=count or None)
+            self._noted += 1
 
     def _losses(
         self,

@@ -35,6 +35,7 @@ INDEX_ENTRY = 12
 PREFIX = 1 << 12
 CHUNK_MARK = re.compile(rb"\x04\x00\x00\x00op=\x05")
 LONGEST_CHUNK_HEADER = 80
+SMALL_SIZE = re.compile(rb"(?=[\x00-\x50]\0\0\0)", re.DOTALL)
 COMPRESSIONS = (b"none", b"bz2", b"lz4")
 OPS = (BAG, INDEX, CHUNK, CHUNK_INFO, CONNECTION)
 
@@ -120,8 +121,8 @@ def _chunks(source: Source) -> Iterator[int]:
     for mark in source.search_all(CHUNK_MARK):
         first = max(0, mark - LONGEST_CHUNK_HEADER)
         before = source.read(first, mark - first)
-        for start in range(len(before) - 4, -1, -1):
-            size = int.from_bytes(before[start : start + 4], "little")
+        for start in reversed([match.start() for match in SMALL_SIZE.finditer(before)]):
+            size = before[start]
             if len(before) - start < size + 4 <= LONGEST_CHUNK_HEADER:
                 record = _record_at(source, first + start)
                 if record is not None and record.op == CHUNK:

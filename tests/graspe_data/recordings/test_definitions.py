@@ -189,8 +189,7 @@ def test_idl_decodes_messages_of_a_type_of_its_own(tmp_path: Path) -> None:
         (
             "IDL",
             "robot/msg/Speeds",
-            "module robot { module msg { struct Speeds { unsigned short id; sequence<float> v; };"
-            " }; };",
+            ("module robot { module msg { struct Speeds { uint16 id; sequence<float> v; }; }; };"),
         )
     )
     data = b"\0\1\0\0" + b"\7\0\0\0" + b"\2\0\0\0" + b"\0\0\x80\x3f\0\0\0\x40"

@@ -203,14 +203,13 @@ def test_any_pile_of_claims_is_read_a_few_times(
 TOPICS = (
     "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)"
 )
-ENDLESS = "WITH RECURSIVE c(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM c)"
 HOSTILE_SCHEMAS = {
     "generated": "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp"
     " INTEGER, data BLOB AS (zeroblob(900000000)))",
     "stored": "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp"
     " INTEGER AS (topic_id + 1) STORED, data BLOB)",
-    "view": f"CREATE VIEW messages AS {ENDLESS} SELECT n AS id, 1 AS topic_id, n AS timestamp,"
-    " x'00' AS data FROM c",
+    "view": "CREATE VIEW messages AS WITH RECURSIVE c(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM"
+    " c) SELECT n AS id, 1 AS topic_id, n AS timestamp, x'00' AS data FROM c",
     "virtual": "CREATE VIRTUAL TABLE messages USING fts5(id, topic_id, timestamp, data)",
     "hidden number": "CREATE TABLE messages(id INTEGER, topic_id INTEGER, timestamp INTEGER,"
     " data BLOB, rowid TEXT)",

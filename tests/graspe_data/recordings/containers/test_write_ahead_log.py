@@ -17,10 +17,14 @@ from graspe_data.recordings import open_recording
 from graspe_data.recordings.containers.sqlite_log import _checksum
 
 SCHEMA = (
-    "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
-    " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)",
-    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
-    " timestamp INTEGER NOT NULL, data BLOB NOT NULL)",
+    (
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
+        " serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)"
+    ),
+    (
+        "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL,"
+        " timestamp INTEGER NOT NULL, data BLOB NOT NULL)"
+    ),
     "CREATE INDEX timestamp_idx ON messages (timestamp ASC)",
 )
 TOPIC = "INSERT INTO topics VALUES (1, '/x', 'std_msgs/msg/String', 'cdr', '')"

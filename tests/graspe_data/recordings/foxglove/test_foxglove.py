@@ -198,13 +198,14 @@ def test_points_lie_in_the_frame_of_the_cloud(
     with open_recording(writer(tmp_path / "a.mcap", "PointCloud", fields)) as recording:
         message = _decoded(recording)
         cloud = decode_points(message, "/topic")
-    points = np.stack([POINTS["x"], POINTS["y"], POINTS["z"]], axis=-1).astype(np.float64)
+    points: Any = np.stack([POINTS["x"], POINTS["y"], POINTS["z"]], axis=-1).astype(np.float64)
     if pose:
         turn = np.array([*TURN.values()])
         points = Transform.from_quaternion(np.array([*PLACE.values()]), turn).apply(points)
         assert points[0] == pytest.approx([10.0 - 2.0, 20.0 + 1.0, 33.0])
     assert cloud.xyz == pytest.approx(points, abs=1e-5)
-    assert cloud.ring is not None and list(cloud.ring) == [1, 2]
+    assert cloud.ring is not None
+    assert list(cloud.ring) == [1, 2]
     assert [field.datatype for field in message.fields] == [7, 7, 7, 7, 4]
 
 
