@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -29,12 +28,11 @@ def in_true_order(points: NDArray[np.void], where: str) -> NDArray[np.void]:
         RecordingError: In neither order most returns lie within 1000 m.
     """
     step = max(1, points.size // _SAMPLES)
-    rows, columns = np.unravel_index(np.arange(0, points.size, step), points.shape)
-    axes = [points[axis][rows, columns] for axis in "xyz"]
-    distance = _distances(axes)
+    some = points.reshape(-1)[::step]
+    distance = _distances(some)
     if _outside(distance) <= _MOSTLY:
         return points
-    if _outside(_distances([axis.view(axis.dtype.newbyteorder()) for axis in axes])) <= _HARDLY:
+    if _outside(_distances(some.view(some.dtype.newbyteorder()))) <= _HARDLY:
         return points.view(points.dtype.newbyteorder())
     far = distance[distance > _FARTHEST]
     if len(far) > _MOSTLY * np.count_nonzero(distance):
@@ -42,11 +40,11 @@ def in_true_order(points: NDArray[np.void], where: str) -> NDArray[np.void]:
     return points
 
 
-def _distances(axes: Sequence[NDArray[np.floating]]) -> NDArray[np.float64]:
-    """The largest coordinate of each point, by x, y and z (N,); 0 for no return."""
+def _distances(points: NDArray[np.void]) -> NDArray[np.float64]:
+    """The largest coordinate of each point; 0 for no return."""
     with np.errstate(all="ignore"):
-        x, y, z = (np.abs(axis.astype(np.float64)) for axis in axes)
-    distance = np.maximum(np.maximum(x, y), z)
+        axes = [np.abs(points[axis].astype(np.float64)) for axis in "xyz"]
+    distance = np.maximum(np.maximum(axes[0], axes[1]), axes[2])
     return np.where(np.isfinite(distance), distance, 0.0)
 
 
