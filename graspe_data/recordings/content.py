@@ -92,6 +92,10 @@ class ContentObserver:
         self._begin_ns: int | None = None
         self._end_ns = 0
 
+    def watches(self, topic: str) -> bool:
+        """Whether the messages of a topic are looked at."""
+        return topic in self._kinds
+
     def observe(self, raw: RawMessage, stamp_ns: int | None) -> None:
         """Take a message; one of another topic, without stamp or damaged is passed over."""
         kind = self._kinds.get(raw.topic)

@@ -57,6 +57,7 @@ class Recording:
         self._opening: list[Loss] = list(layout.losses)
         self._pass: list[Loss] = []
         self._decoders: dict[Channel, MessageDecoder] = {}
+        self._topic_decoders: dict[str, MessageDecoder] = {}
         self._definitions: set[str] = set()
         self._storages = self._open_storages()
         self._channels = self._join_channels()
@@ -100,7 +101,7 @@ class Recording:
             RecordingError: There is no definition, or the message does not fit it.
         """
         try:
-            return self._decoder(self._channels[raw.topic]).decode(raw.data)
+            return self._topic_decoder(raw.topic).decode(raw.data)
         except RecordingError as error:
             where = f"{self.path}: topic {raw.topic} at {raw.bag_time_ns} ns"
             raise RecordingError(f"{where}: {error}") from error
@@ -110,7 +111,7 @@ class Recording:
 
         None for a type without header, and for a message too short to hold one.
         """
-        return self._decoder(self._channels[raw.topic]).header_stamp_ns(raw.data)
+        return self._topic_decoder(raw.topic).header_stamp_ns(raw.data)
 
     def close(self) -> None:
         """Close the files and remove what was decompressed."""
@@ -225,6 +226,12 @@ class Recording:
         if _kind(channel) == _kind(expected):
             return True
         return self._decoder(channel).reads_alike(self._decoder(expected))
+
+    def _topic_decoder(self, topic: str) -> MessageDecoder:
+        """That of a topic's channel, by a key that is quicker to look up."""
+        if topic not in self._topic_decoders:
+            self._topic_decoders[topic] = self._decoder(self._channels[topic])
+        return self._topic_decoders[topic]
 
     def _decoder(self, channel: Channel) -> MessageDecoder:
         if channel not in self._decoders:

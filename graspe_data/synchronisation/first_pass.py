@@ -87,7 +87,8 @@ class _Pass:
                 self.sensors[raw.topic].seen += 1
             try:
                 self._take(raw)
-                self.content.observe(raw, self.recording.header_stamp_ns(raw))
+                if self.content.watches(raw.topic):
+                    self.content.observe(raw, self.recording.header_stamp_ns(raw))
             except (RecordingError, GeometryError) as error:
                 self.broken[raw.topic] += 1
                 self.faults.setdefault(raw.topic, str(error))

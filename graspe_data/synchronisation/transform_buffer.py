@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -131,6 +132,8 @@ class TransformBuffer:
         for parent, child in self.edges:
             self._neighbours.setdefault(parent, []).append(child)
             self._neighbours.setdefault(child, []).append(parent)
+        self._paths: dict[tuple[str, str], list[str]] = {}
+        self._fixed: dict[tuple[str, str], list[tuple[int, Transform]]] = {}
 
     @classmethod
     def of_fixed(cls, edges: Mapping[Edge, Transform]) -> Self:
@@ -154,6 +157,11 @@ class TransformBuffer:
         Raises:
             GeometryError: The frames do not connect; the text lists those that are known.
         """
+        if (target, source) not in self._paths:
+            self._paths[target, source] = self._shortest(target, source)
+        return self._paths[target, source]
+
+    def _shortest(self, target: str, source: str) -> list[str]:
         start, goal = plain_frame(target), plain_frame(source)
         came_from = {start: start}
         queue = deque([start])
@@ -217,6 +225,9 @@ class TransformBuffer:
         Raises:
             GeometryError: The frames do not connect, or an edge between them is not known then.
         """
+        if self.is_fixed(target, source):
+            changes = self.changes(target, source)
+            return changes[bisect_right(changes, stamp_ns, key=_begins) - 1][1]
         poses = self.poses(target, source, np.array([stamp_ns], np.int64))
         if not poses.known[0]:
             raise GeometryError(
@@ -231,6 +242,11 @@ class TransformBuffer:
         Raises:
             GeometryError: The frames do not connect, or an edge between them moves.
         """
+        if (target, source) not in self._fixed:
+            self._fixed[target, source] = self._changes(target, source)
+        return self._fixed[target, source]
+
+    def _changes(self, target: str, source: str) -> list[tuple[int, Transform]]:
         edges = [self.edges[edge] for edge in self.along(target, source)]
         if any(isinstance(edge, MovingEdge) for edge in edges):
             raise GeometryError(f"{source!r} moves against {target!r}.")
@@ -238,3 +254,7 @@ class TransformBuffer:
         starts = np.array([np.iinfo(np.int64).min, *times], np.int64)
         poses = self.poses(target, source, starts)
         return [(int(start), poses.at(k)) for k, start in enumerate(starts.tolist())]
+
+
+def _begins(change: tuple[int, Transform]) -> int:
+    return change[0]

@@ -28,8 +28,7 @@ def in_true_order(points: NDArray[np.void], where: str) -> NDArray[np.void]:
         RecordingError: In neither order most returns lie within 1000 m.
     """
     step = max(1, points.size // _SAMPLES)
-    rows, columns = np.unravel_index(np.arange(0, points.size, step), points.shape)
-    some = points[rows, columns]
+    some = points.reshape(-1)[::step]
     distance = _distances(some)
     if _outside(distance) <= _MOSTLY:
         return points
