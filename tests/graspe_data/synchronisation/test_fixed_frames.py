@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from graspe_data.synchronisation.transform_buffer import TransformBuffer
 HALF = np.sqrt(0.5)
 
 
-def same(found: object, expected: object) -> None:
+def same(found: Any, expected: Any) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
