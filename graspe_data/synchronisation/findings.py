@@ -84,6 +84,11 @@ KINDS: Final[Mapping[str, Kind]] = {
         "up to three poses that lie elsewhere than those before and after",
         "these samples are left out; refused where they are many, as of two publishers",
     ),
+    "poses_scatter": Kind(
+        "noted",
+        "successive poses that lie to and fro by more than two centimetres",
+        "velocities are means over a tenth of a second",
+    ),
     "odometry_frame_not_level": Kind(
         "mended",
         "an odometry frame in which the robot's z axis does not point up, as a camera's",
@@ -128,6 +133,11 @@ KINDS: Final[Mapping[str, Kind]] = {
         "twist and poses that agree on the whole, and differ by half in some seconds",
         "the twist counts",
     ),
+    "commands_opposite": Kind(
+        "noted",
+        "commands, and an odometry that drives or turns the other way",
+        "the odometry counts",
+    ),
     "drives_backwards": Kind(
         "noted",
         "an odometry that leads backwards for the most, and limits without a way back",
@@ -151,7 +161,9 @@ KINDS: Final[Mapping[str, Kind]] = {
         "noted", "two topics that publish one edge", "the one nearer to the robot's namespace"
     ),
     "two_parents": Kind(
-        "noted", "a fixed frame with two parents", "the one published last counts, as in tf2"
+        "noted",
+        "a frame with two parents",
+        "of fixed ones the one published last counts, as in tf2; of moving ones the shorter path",
     ),
     "sensor_late": Kind(
         "noted",

@@ -15,6 +15,7 @@ from graspe_data.synchronisation.motion_samples import SECOND, MotionSamples
 
 OFTEN: Final = 0.05
 """Of the samples: what is rarer is an outlier or a jump, what is not is a fault of the source."""
+_ROUGH_M: Final = 0.02
 
 
 def jump_findings(stretches: Sequence[MotionSamples], robot: Robot) -> list[Finding]:
@@ -48,6 +49,13 @@ def jump_findings(stretches: Sequence[MotionSamples], robot: Robot) -> list[Find
         )
         numbers = {"spikes": float(len(leaps.spikes)), "way_m": way, "time_s": seconds}
         found.append(Finding("pose_spikes", "mended", topic, text, numbers))
+    beside = _beside_m(stretches)
+    if beside > _ROUGH_M:
+        text = (
+            f"{topic}: as a rule, each pose lies {beside:.3f} m beside the line from the one before "
+            f"to the one after: two publishers, or noise"
+        )
+        found.append(Finding("poses_scatter", "noted", topic, text, {"beside_m": beside}))
     return found
 
 
@@ -104,6 +112,19 @@ def _leap(samples: MotionSamples, behind: int) -> tuple[float, float]:
     step = samples.position[behind] - samples.position[behind - 1]
     time = samples.stamps_ns[behind] - samples.stamps_ns[behind - 1]
     return float(np.linalg.norm(step)), float(time) / SECOND
+
+
+def _beside_m(stretches: Sequence[MotionSamples]) -> float:
+    """The median distance of poses from the line between their neighbours, metres."""
+    found: list[float] = []
+    for samples in stretches:
+        seconds = (samples.stamps_ns - samples.stamps_ns[:1]) / SECOND
+        near = samples.joined[:-1] & samples.joined[1:]
+        before, own, after = samples.position[:-2], samples.position[1:-1], samples.position[2:]
+        share = (seconds[1:-1] - seconds[:-2]) / (seconds[2:] - seconds[:-2])
+        beside = np.linalg.norm(own - before - share[:, None] * (after - before), axis=1)[near]
+        found += beside[np.isfinite(beside)].tolist()
+    return float(np.median(found)) if found else 0.0
 
 
 def _typical_speed(stretches: Sequence[MotionSamples]) -> float:
