@@ -52,8 +52,8 @@ def jump_findings(stretches: Sequence[MotionSamples], robot: Robot) -> list[Find
     beside = _beside_m(stretches)
     if beside > _ROUGH_M:
         text = (
-            f"{topic}: as a rule, each pose lies {beside:.3f} m beside the line from the one before "
-            f"to the one after: two publishers, or noise"
+            f"{topic}: poses lie {beside:.3f} m, as a rule, beside the line from the one before to "
+            f"the one after: two publishers, or noise"
         )
         found.append(Finding("poses_scatter", "noted", topic, text, {"beside_m": beside}))
     return found
