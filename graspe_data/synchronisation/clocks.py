@@ -151,7 +151,10 @@ def _declared_ns(track: StampTrack, clock: Clock, why_not: str) -> int:
 
 def _advice(difference_ns: int) -> str:
     if abs(difference_ns) > DAY_S * SECOND:
-        return "the clocks are unrelated"
+        return (
+            "the clocks are unrelated, and the difference is constant: of a sensor that counts "
+            "from when it was switched on, set `offset_s: measured` under `clocks` for this topic"
+        )
     return (
         "it is constant: if the sensors did run together, set `offset_s: "
         f"{difference_ns / SECOND:.3f}` (or `measured`) under `clocks` for this topic"

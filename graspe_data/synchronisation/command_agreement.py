@@ -17,6 +17,10 @@ _TOLD_M: Final = 2.0
 _HELD_S: Final = 0.5
 _NEVER_MOVES: Final = 1e-9
 _DIFFERS: Final = 3.0
+_ANSWERS_S: Final = 0.2
+_TOLD_M_S, _TOLD_RAD_S = 0.1, 0.1
+_ENOUGH: Final = 0.1
+_AGAINST: Final = 0.3
 
 
 class Commands(Protocol):
@@ -51,11 +55,32 @@ def check_commands(commands: Commands | None, odometry: PoseSeries, robot: Robot
             f"{said}, and not one of its numbers ever changes: it was never filled. No rows are "
             f"made. Name another odometry under `topics.odometry`, or `odometry: lidar`."
         )
+    if opposite := _opposite(commands, odometry):
+        text = f"{said}, {' and '.join(opposite)} the other way: is a frame turned about?"
+        return [Finding("commands_opposite", "noted", source, text, numbers)]
     if driven > _DIFFERS * asked or asked > _DIFFERS * driven:
         text = f"{said}: commands of another robot, a robot that is held, or another unit"
         return [Finding("commands_differ", "noted", source, text, numbers)]
     text = f"{said}: they agree"
     return [Finding("commands_agree", "agrees", source, text, numbers)]
+
+
+def _opposite(commands: Commands, odometry: PoseSeries) -> list[str]:
+    """Which of driving and turning is as a rule the opposite of what was asked for."""
+    order = np.argsort(commands.stamps_ns, kind="stable")
+    stamps, values = commands.stamps_ns[order], commands.values[order]
+    late = odometry.stamps_ns - round(_ANSWERS_S * SECOND)
+    latest = np.searchsorted(stamps, late, side="right") - 1
+    held = latest >= 0
+    held &= late - stamps[np.maximum(latest, 0)] <= _HELD_S * SECOND
+    found = []
+    for column, name, least in ((0, "driven", _TOLD_M_S), (1, "turned", _TOLD_RAD_S)):
+        asked, told = values[latest[held], column], odometry.velocity[held, column]
+        answered = float(np.sum(asked * told))
+        strong = np.count_nonzero(np.abs(asked) > least) >= _ENOUGH * max(1, asked.size)
+        if strong and answered < -_AGAINST * float(np.sum(asked**2)):
+            found.append(name)
+    return found
 
 
 def _driven(odometry: PoseSeries) -> float:

@@ -65,6 +65,7 @@ def sort_edges(tracks: Sequence[EdgeTrack], unusable: Sequence[str] = ()) -> Edg
         else:
             fixed[edge] = tuple(found) if _apart(found) <= _SAME else (found[-1],)
     dropped, told = _second_parents(fixed)
+    told += _moving_parents(moving, {e: t for e, t in fixed.items() if e not in dropped})
     kept = {edge: tracks for edge, tracks in fixed.items() if edge not in dropped}
     return Edges(kept, moving, (*findings, *told))
 
@@ -138,6 +139,23 @@ def _second_parents(
         text = f"{child} has {len(edges)} parents: {places}. {last[0]}, published last, counts"
         findings.append(Finding("two_parents", "noted", child, text))
     return dropped, findings
+
+
+def _moving_parents(
+    moving: Mapping[Edge, EdgeTrack], fixed: Mapping[Edge, tuple[EdgeTrack, ...]]
+) -> list[Finding]:
+    """Frames that move against several parents, or against one and are fixed to another."""
+    children = sorted({child for _, child in moving})
+    found = []
+    for child in children:
+        parents = sorted(parent for parent, other in (*moving, *fixed) if other == child)
+        if len(parents) > 1:
+            text = (
+                f"{child} has {len(parents)} parents: {', '.join(parents)}: the one on the shorter "
+                f"path counts"
+            )
+            found.append(Finding("two_parents", "noted", child, text))
+    return found
 
 
 def _published(tracks: Sequence[EdgeTrack]) -> tuple[int, int]:

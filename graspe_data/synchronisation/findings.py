@@ -58,6 +58,11 @@ KINDS: Final[Mapping[str, Kind]] = {
         "poses of zeros and a twist that moves",
         "poses are integrated from the twist",
     ),
+    "twist_stops": Kind(
+        "mended",
+        "a twist that agrees with the poses, and stands still at times while they move",
+        "velocities are differentiated from the poses",
+    ),
     "no_twist": Kind(
         "mended", "poses alone (PoseStamped, tf)", "velocities are differentiated from the poses"
     ),
@@ -73,6 +78,21 @@ KINDS: Final[Mapping[str, Kind]] = {
         "mended",
         "successive poses further apart than twice the limits allow",
         "a gap there: nothing is interpolated, differentiated or judged across it",
+    ),
+    "pose_spikes": Kind(
+        "mended",
+        "up to three poses that lie elsewhere than those before and after",
+        "these samples are left out; refused where they are many, as of two publishers",
+    ),
+    "poses_scatter": Kind(
+        "noted",
+        "successive poses that lie to and fro by more than two centimetres",
+        "velocities are means over a tenth of a second",
+    ),
+    "odometry_frame_not_level": Kind(
+        "mended",
+        "an odometry frame in which the robot's z axis does not point up, as a camera's",
+        "poses are turned so that z points up",
     ),
     "beyond_limits": Kind(
         "mended",
@@ -108,6 +128,21 @@ KINDS: Final[Mapping[str, Kind]] = {
     "commands_differ": Kind(
         "noted", "commands and odometry, three times apart or more", "the odometry counts"
     ),
+    "motion_differs_at_times": Kind(
+        "noted",
+        "twist and poses that agree on the whole, and differ by half in some seconds",
+        "the twist counts",
+    ),
+    "commands_opposite": Kind(
+        "noted",
+        "commands, and an odometry that drives or turns the other way",
+        "the odometry counts",
+    ),
+    "drives_backwards": Kind(
+        "noted",
+        "an odometry that leads backwards for the most, and limits without a way back",
+        "the odometry counts",
+    ),
     "little_motion": Kind(
         "noted", "twist and poses of a robot that hardly moves", "the twist is taken as the body's"
     ),
@@ -126,7 +161,9 @@ KINDS: Final[Mapping[str, Kind]] = {
         "noted", "two topics that publish one edge", "the one nearer to the robot's namespace"
     ),
     "two_parents": Kind(
-        "noted", "a fixed frame with two parents", "the one published last counts, as in tf2"
+        "noted",
+        "a frame with two parents",
+        "of fixed ones the one published last counts, as in tf2; of moving ones the shorter path",
     ),
     "sensor_late": Kind(
         "noted",
@@ -163,6 +200,16 @@ KINDS: Final[Mapping[str, Kind]] = {
     ),
     "motion_contradicts": Kind(
         "refused", "twist and poses that no frame explains", "refused; the manifest can force"
+    ),
+    "moves_sideways": Kind(
+        "refused",
+        "the way of a robot and where its x axis points",
+        "refused where most of the way lies across; the manifest can force",
+    ),
+    "heading_never_filled": Kind(
+        "refused",
+        "a way on curves and a heading that never changes, without a twist",
+        "refused; the manifest can force",
     ),
     "two_publishers": Kind(
         "refused", "poses that jump to and fro: two publishers of one edge or topic", "refused"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+import numpy as np
+
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.findings import Finding
@@ -19,6 +21,7 @@ from graspe_data.synchronisation.motion_agreement import (
 _CLEARLY: Final = 0.5
 """One frame explains a twist better than the other if its error is less than half as large."""
 _NOTHING_M: Final = 1e-6
+_NEAR: Final = 0.1
 _ASTRAY: Final = 0.05
 """An error of less than this share of the way tells no frame from another."""
 
@@ -39,7 +42,9 @@ def choose_motion(evidence: MotionEvidence, robot: Robot, topic: str) -> MotionC
         RecordingError: Twist and poses contradict each other, and nothing known explains it.
     """
     forced = robot.odometry_velocity
-    choice = _choose(evidence, topic) if forced == "checked" else _forced(evidence, robot, topic)
+    free = forced == "checked"
+    choice = _at_times(_choose(evidence, topic), evidence, topic) if free else None
+    choice = choice or _forced(evidence, robot, topic)
     refusals = [finding for finding in choice.findings if finding.course == "refused"]
     if refusals:
         raise RecordingError(refusals[0].text)
@@ -91,17 +96,47 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
     return _contradiction(evidence, topic, told, posed, turns=turns)
 
 
+def _at_times(choice: MotionChoice, evidence: MotionEvidence, topic: str) -> MotionChoice:
+    """The choice, where twist and poses agree on the whole and not all the time."""
+    agree = choice.velocity != "differentiated" and choice.poses == "reported"
+    if not agree or not evidence.apart or not evidence.has_pose:
+        return choice
+    begin = f"{evidence.apart} of {evidence.windows} windows with motion, first at"
+    begin = f"{topic}: in {begin} {evidence.first_apart_ns} ns, twist and poses are half apart"
+    numbers = {"apart": float(evidence.apart), "windows": float(evidence.windows)}
+    if evidence.silent:
+        text = f"{begin}: the twist stands still there; velocities will be taken from the poses"
+        finding = Finding("twist_stops", "mended", topic, text, numbers)
+        return MotionChoice("differentiated", "reported", (*choice.findings, finding))
+    text = f"{begin}: wheels that slip, or poses that do not follow; the twist counts"
+    finding = Finding("motion_differs_at_times", "noted", topic, text, numbers)
+    return MotionChoice(choice.velocity, choice.poses, (*choice.findings, finding))
+
+
 def _contradiction(
     evidence: MotionEvidence, topic: str, told: float, posed: float, *, turns: bool
 ) -> MotionChoice:
     said = _ways(evidence) if turns else f"{_ways(evidence)}; {_turns(evidence)}"
     ratio = f" ({told / posed:.3g} times as far)" if turns and posed > 0 else ""
+    ratio += _unit(evidence)
     text = (
         f"{topic}: {said}{ratio}, and no frame explains it: {_astray(evidence)}. No rows are made. "
         f"If you know which of them is right, set `odometry_velocity: body`, `fixed` or "
         f"`differentiated` in the robot manifest."
     )
     return _choice("motion_contradicts", "refused", topic, text, evidence, "body")
+
+
+def _unit(evidence: MotionEvidence) -> str:
+    """What unit would explain the ratio between twist and poses."""
+    way = evidence.told_m / max(evidence.posed_m, _NOTHING_M)
+    turn = evidence.told_rad / max(evidence.posed_rad, _NOTHING_M)
+    units = [
+        name
+        for ratio, factor, name in ((way, 3.6, "km/h"), (turn, 180 / np.pi, "degrees a second"))
+        if abs(ratio / factor - 1) < _NEAR
+    ]
+    return f": it may be in {' and '.join(units)}" if units else ""
 
 
 def _forced(evidence: MotionEvidence, robot: Robot, topic: str) -> MotionChoice:

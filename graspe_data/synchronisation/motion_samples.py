@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform, roll_pitch_yaw, rotation_from_quaternion
-from graspe_data.robot import Limits
+from graspe_data.geometry import Floats, Transform, rotation_from_quaternion
 from graspe_data.synchronisation.differentiate import body_velocities
+from graspe_data.synchronisation.rotation_steps import turns_in_fixed
 from graspe_data.synchronisation.tracks import Mask, MotionTrack, Stamps
 
 SECOND: Final = 1_000_000_000
 LONGEST_STEP_S: Final = 0.5
 """Samples further apart than this are not joined."""
-_SLACK_M, _SLACK_RAD = 0.05, 0.05
-_PAIR = 2
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,8 @@ class MotionSamples:
     ``position`` (N, 3) metres and ``rotation`` (N, 3, 3) of the body in a frame that does not move,
     NaN where there is no pose. ``linear`` (N, 3) m/s and ``angular`` (N, 3) rad/s as published, NaN
     where there is no twist. ``segment`` (N,) counts up where a pose jumps or time leaps.
-    ``repeated`` is the share of messages whose stamp stood before, with another pose.
+    ``repeated`` is the share of messages whose stamp stood before, with another pose. ``spikes``
+    (K, 2) are the metres and seconds of poses that lay elsewhere than those before and after.
     """
 
     stamps_ns: Stamps
@@ -37,14 +36,20 @@ class MotionSamples:
     angular: Floats
     segment: NDArray[np.int64]
     repeated: float = 0.0
+    spikes: Floats = field(default_factory=lambda: np.empty((0, 2)))
 
     @property
     def yaw(self) -> Floats:
-        """Heading in rad, unwrapped over the whole series, float64 (N,)."""
-        heading = roll_pitch_yaw(self.rotation)[2]
-        known = np.isfinite(heading)
-        heading[known] = np.unwrap(heading[known])
-        return heading
+        """The angle turned about the vertical since the first pose in rad, float64 (N,)."""
+        return self.turned_about(np.array([0.0, 0.0, 1.0]))
+
+    def turned_about(self, axis: Floats) -> Floats:
+        """The angle turned about an axis (3,) of the fixed frame since the first pose, (N,)."""
+        turned = np.full(self.stamps_ns.size, np.nan)
+        known = np.isfinite(self.rotation).all(axis=(1, 2))
+        steps = turns_in_fixed(self.rotation[known]) @ axis
+        turned[known] = np.concatenate([[0.0], np.cumsum(steps)])[: np.count_nonzero(known)]
+        return turned
 
     @property
     def jumps(self) -> NDArray[np.intp]:
@@ -56,6 +61,25 @@ class MotionSamples:
         """Whether each sample and the next belong together, bool (N - 1,)."""
         near = np.diff(self.stamps_ns) <= round(LONGEST_STEP_S * SECOND)
         return np.asarray(near & (np.diff(self.segment) == 0))
+
+    @property
+    def pieces(self) -> list[NDArray[np.intp]]:
+        """The indices of samples that belong together, piece by piece; none of an empty series."""
+        if not self.stamps_ns.size:
+            return []
+        return np.split(np.arange(self.stamps_ns.size), np.flatnonzero(~self.joined) + 1)
+
+    def only(self, kept: Mask) -> MotionSamples:
+        """The samples of a mask (N,)."""
+        return replace(
+            self,
+            stamps_ns=self.stamps_ns[kept],
+            position=self.position[kept],
+            rotation=self.rotation[kept],
+            linear=self.linear[kept],
+            angular=self.angular[kept],
+            segment=self.segment[kept],
+        )
 
 
 def motion_samples(track: MotionTrack, stamps_ns: Stamps) -> MotionSamples:
@@ -118,29 +142,10 @@ def twist_in_body(samples: MotionSamples) -> MotionSamples:
     )
 
 
-def cut_at_jumps(samples: MotionSamples, limits: Limits) -> MotionSamples:
-    """Begin a new segment where a pose leaps further than the robot can go.
-
-    A leap is more than twice the limits allow in that time, and 5 cm or 0.05 rad besides.
-    """
-    if samples.stamps_ns.size < _PAIR:
-        return samples
-    seconds = np.diff(samples.stamps_ns) / SECOND
-    fastest = 2 * max(map(abs, limits.linear_velocity))
-    quickest = 2 * max(map(abs, limits.yaw_rate))
-    way = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
-    turn = np.abs(np.diff(samples.yaw))
-    with np.errstate(invalid="ignore"):
-        leaps = (way > fastest * seconds + _SLACK_M) | (turn > quickest * seconds + _SLACK_RAD)
-    segment = np.concatenate([[0], np.cumsum(leaps)])
-    return replace(samples, segment=segment.astype(np.int64))
-
-
 def differentiated(samples: MotionSamples) -> Floats:
     """Velocity along body x in m/s and yaw rate in rad/s by the poses, (N, 2), within segments."""
     velocity = np.full((samples.stamps_ns.size, 2), np.nan)
-    pieces = np.split(np.arange(samples.stamps_ns.size), np.flatnonzero(~samples.joined) + 1)
-    for piece in pieces:
+    for piece in samples.pieces:
         linear, yaw_rate = body_velocities(
             samples.stamps_ns[piece], samples.position[piece], samples.rotation[piece]
         )

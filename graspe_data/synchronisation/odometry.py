@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
@@ -12,7 +11,10 @@ from graspe_data.errors import ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.odometry_series import PoseSeries, odometry_series
 from graspe_data.robot import Robot
+from graspe_data.synchronisation.course_agreement import check_course
 from graspe_data.synchronisation.findings import Finding
+from graspe_data.synchronisation.jump_findings import OFTEN, jump_findings
+from graspe_data.synchronisation.levelling import level_finding, levelled, vertical_of
 from graspe_data.synchronisation.motion_agreement import weigh_motion
 from graspe_data.synchronisation.motion_choice import MotionChoice, choose_motion
 from graspe_data.synchronisation.motion_samples import (
@@ -23,9 +25,6 @@ from graspe_data.synchronisation.motion_samples import (
 )
 from graspe_data.synchronisation.placement import Placement
 from graspe_data.synchronisation.tracks import Floats, Mask, MotionTrack
-
-_OFTEN: Final = 0.05
-"""Of the samples: what is rarer is an outlier or a jump, what is not is a fault of the source."""
 
 
 def child_from_base(
@@ -80,11 +79,15 @@ def build_odometry(
             beyond the robot's limits throughout, or fewer than two samples are usable.
     """
     topic = robot.topics.odometry
-    told += _jump_findings(stretches, robot, topic)
-    evidence = weigh_motion(stretches)
+    told += jump_findings(stretches, robot)
+    up = vertical_of(stretches, base)
+    told += level_finding(up, topic)
+    evidence = weigh_motion(stretches, up)
     choice = choose_motion(evidence, robot, topic)
     told += choice.findings
-    joined = _joined([_with_velocity(samples, choice, base) for samples in stretches])
+    joined = _joined([_with_velocity(samples, choice, base, up) for samples in stretches])
+    rests_on_heading = choice.velocity == "differentiated" and evidence.heading_constant
+    told += check_course(joined.samples, robot, heading_constant=rests_on_heading, topic=topic)
     return _within_limits(joined, robot, choice, told)
 
 
@@ -96,76 +99,13 @@ class _Moving:
     velocity: Floats
 
 
-def _jump_findings(stretches: Sequence[MotionSamples], robot: Robot, topic: str) -> list[Finding]:
-    leaps = [(samples, index) for samples in stretches for index in samples.jumps.tolist()]
-    count = sum(samples.stamps_ns.size for samples in stretches)
-    repeated = max((samples.repeated for samples in stretches), default=0.0)
-    if len(leaps) > _OFTEN * count or repeated > _OFTEN:
-        raise RecordingError(_to_and_fro(stretches, leaps, repeated, robot, topic))
-    if not leaps:
-        return []
-    way, seconds = _leap(*leaps[0])
-    often = "once," if len(leaps) == 1 else f"{len(leaps)} times, first"
-    text = (
-        f"{topic}: the pose jumps {often} by {way:.2f} m in {seconds:.3f} s: a reset or a "
-        f"relocalisation; nothing is interpolated or differentiated across"
-    )
-    numbers = {"jumps": float(len(leaps)), "way_m": way, "time_s": seconds}
-    return [Finding("pose_jumps", "mended", topic, text, numbers)]
-
-
-def _to_and_fro(
-    stretches: Sequence[MotionSamples],
-    jumps: Sequence[tuple[MotionSamples, int]],
-    repeated: float,
-    robot: Robot,
-    topic: str,
-) -> str:
-    speeds = [_leap(samples, index) for samples, index in jumps]
-    way, seconds = sorted(speeds)[len(speeds) // 2] if speeds else (0.0, 0.0)
-    fastest = max(map(abs, robot.limits.linear_velocity))
-    typical = _typical_speed(stretches)
-    if speeds and typical > 2 * fastest and repeated <= _OFTEN:
-        return (
-            f"{topic}: its poses move at {typical:.2f} m/s as a rule, and the robot manifest's "
-            f"limit is {fastest:g} m/s. No rows are made. Correct `limits`, or name another "
-            f"odometry."
-        )
-    share = max(repeated, len(jumps) / max(1, sum(s.stamps_ns.size for s in stretches)))
-    return (
-        f"{topic}: two publishers seem to write it: {100 * share:.0f} % of its poses lie elsewhere "
-        f"than the ones before, as a rule {way:.2f} m away after {seconds:.3f} s, which is faster "
-        f"than twice the robot's limit of {fastest:g} m/s. No rows are made. Record one of them "
-        f"alone, or name another odometry under `topics.odometry`."
-    )
-
-
-def _leap(samples: MotionSamples, behind: int) -> tuple[float, float]:
-    step = samples.position[behind] - samples.position[behind - 1]
-    time = samples.stamps_ns[behind] - samples.stamps_ns[behind - 1]
-    return float(np.linalg.norm(step)), float(time) * 1e-9
-
-
-def _typical_speed(stretches: Sequence[MotionSamples]) -> float:
-    """The median speed over whole seconds, so that leaps to and fro cancel out."""
-    speeds: list[float] = []
-    for samples in stretches:
-        seconds = (samples.stamps_ns - samples.stamps_ns[0]) * 1e-9
-        later = np.searchsorted(seconds, seconds + 1.0)
-        inside = later < seconds.size
-        way = samples.position[later[inside]] - samples.position[inside]
-        speeds += (
-            np.linalg.norm(way, axis=1) / (seconds[later[inside]] - seconds[inside])
-        ).tolist()
-    return float(np.median(speeds)) if speeds else 0.0
-
-
 def _with_velocity(
-    samples: MotionSamples, choice: MotionChoice, child_from_base: Transform | None
+    samples: MotionSamples, choice: MotionChoice, child_from_base: Transform | None, up: Floats
 ) -> _Moving:
     given = twist_in_body(samples) if choice.velocity == "fixed" else samples
     if child_from_base is not None:
         given = carried_to_base(given, child_from_base)
+    given = levelled(given, up)
     if choice.velocity == "differentiated":
         return _Moving(given, differentiated(given))
     velocity = np.stack([given.linear[:, 0], given.angular[:, 2]], axis=1)
@@ -233,7 +173,7 @@ def _limit_finding(moving: _Moving, beyond: Mask, robot: Robot, choice: MotionCh
         f"robot's limits of {fastest:g} m/s and {quickest:g} rad/s, up to {v:.2f} m/s and "
         f"{omega:.2f} rad/s"
     )
-    if share > _OFTEN:
+    if share > OFTEN:
         raise RecordingError(
             f"{text}. No rows are made. Correct `limits` in the robot manifest, or name another "
             f"odometry."

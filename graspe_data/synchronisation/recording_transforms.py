@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from graspe_data.errors import RecordingError
-from graspe_data.geometry import quaternion_from_rotation
+from graspe_data.geometry import quaternion_from_rotation, rotation_from_quaternion
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.clocks import ClockSettings, camera_timeline, timeline
 from graspe_data.synchronisation.edges import Edges
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.motion_samples import MotionSamples
 from graspe_data.synchronisation.odometry_from_tf import moving_edge
+from graspe_data.synchronisation.pose_jumps import leaping
 from graspe_data.synchronisation.timed_recording import TimedRecording
 from graspe_data.synchronisation.timed_stretch import TimedStretch
 from graspe_data.synchronisation.tracks import EdgeTrack
@@ -38,14 +39,16 @@ def recording_transforms(
         told: Is told which edges are left out.
     """
     moving: dict[Edge, list[MovingEdge]] = {}
-    for number, stretch in enumerate(whole.timed):
+    for number, (stretch, own) in enumerate(zip(whole.timed, _axes(whole.timed), strict=True)):
         for edge, track in stretch.edges.moving.items():
             try:
-                moving.setdefault(edge, []).append(_on_axis(track, stretch, robot, limits, number))
+                timed = _on_axis(track, stretch, robot, limits, number)
+                moving.setdefault(edge, []).append(_within(timed, own))
             except RecordingError as error:
                 text = f"{track.name} is left out: {error}"
                 told.append(Finding("edge_on_other_clock", "noted", track.name, text))
     joined = {edge: _joined(parts) for edge, parts in moving.items() if parts}
+    joined = {edge: track for edge, track in joined.items() if track.stamps_ns.size}
     for edge, by_topic in _topic_edges(whole.timed).items():
         if not {edge, edge[::-1]} & joined.keys():
             joined[edge] = by_topic
@@ -64,7 +67,28 @@ def _on_axis(
         limits,
     )
     edge = moving_edge(track, time.stamps_ns + stretch.shift_ns)
-    return replace(edge, segment=edge.segment + number)
+    rotation = rotation_from_quaternion(edge.quaternion)
+    leaps = leaping(edge.stamps_ns, edge.translation, rotation, robot.limits)
+    segment = np.concatenate([[0], np.cumsum(leaps)]) + (number << 32)
+    return replace(edge, segment=segment)
+
+
+def _axes(stretches: Sequence[TimedStretch]) -> list[tuple[int, int]]:
+    """Between which times, exclusive, the edges of each stretch are its own.
+
+    Transforms may be stamped long before the sensors' first messages and after their last.
+    """
+    firsts = [stretch.first_ns for stretch in stretches]
+    lasts = [stretch.last_ns for stretch in stretches]
+    ends = np.iinfo(np.int64)
+    return list(zip([ends.min, *lasts[:-1]], [*firsts[1:], ends.max], strict=True))
+
+
+def _within(edge: MovingEdge, axis: tuple[int, int]) -> MovingEdge:
+    own = (edge.stamps_ns > axis[0]) & (edge.stamps_ns < axis[1])
+    return MovingEdge(
+        edge.stamps_ns[own], edge.translation[own], edge.quaternion[own], edge.segment[own]
+    )
 
 
 def _joined(parts: Sequence[MovingEdge]) -> MovingEdge:

@@ -12,15 +12,22 @@ from typing import Final
 
 import numpy as np
 
-from graspe_data.synchronisation.tracks import Mask, Stamps, StampTrack
+from graspe_data.synchronisation.tracks import Stamps, StampTrack
 
 SECOND: Final = 1_000_000_000
 PAUSE_BETWEEN_NS: Final = 10 * SECOND
 """Between two stretches whose stamps would overlap, on the axis of the recording."""
 _STEP_BACK_S: Final = 0.05
+_STEP_BACK_OF_BAG_S: Final = 0.5
 _STEP_OF_CLOCK_S: Final = 0.5
 _SETTLED: Final = 5
 _FEWEST: Final = 3
+_FEWEST_OF_BAG: Final = 10
+_MOST_RESTARTS: Final = 1000
+_AROUND: Final = 20
+_MOST: Final = 0.6
+"""Of the messages that it takes to catch up with stamps as they were, this share is to follow."""
+_ASCENDING: Final = 0.9
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class Order:
 
 def recording_order(tracks: Sequence[StampTrack]) -> Order:
     """The order of a recording's messages."""
-    return Order(any(_restarts(t.bag_ns[np.argsort(t.order)]).size > 0 for t in tracks))
+    return Order(any(_bag_restarts(t.bag_ns[np.argsort(t.order)]).size > 0 for t in tracks))
 
 
 def find_cuts(tracks: Sequence[StampTrack], order: Order) -> list[int]:
@@ -73,39 +80,76 @@ def _breaks(track: StampTrack, order: Order) -> list[tuple[int, int]]:
     """The places (from, to] on the order's axis at which a topic's time begins again."""
     place = order.of(track)
     turn = np.lexsort((track.order, place))
-    place = place[turn]
-    stamps = track.bag_ns if track.header_ns is None else track.header_ns
-    found = set(_restarts(stamps[turn]).tolist())
-    if track.header_ns is not None and track.header_ns.any():
-        found |= set(_clock_steps(track.header_ns[turn], track.bag_ns[turn]).tolist())
+    place, bag = place[turn], track.bag_ns[turn]
+    found: set[int] = set()
     if order.by_writing:
-        found |= set(_restarts(track.bag_ns[turn]).tolist())
+        found |= set(_bag_restarts(bag).tolist())
+    if track.header_ns is not None:
+        header = track.header_ns[turn]
+        back = _restarts(header).tolist()
+        found |= {k for k in back if found or _stays(header, bag, k)}
+        if header.any():
+            found |= set(_clock_steps(header, bag).tolist())
     return [(int(place[k - 1]), int(place[k])) for k in sorted(found)]
 
 
-def _restarts(stamps: Stamps) -> Stamps:
-    """The indices at which stamps (N,) go back and stay back.
+def _stays(header: Stamps, bag: Stamps, start: int) -> bool:
+    """Whether the clock behind header stamps is another from an index on, as after a restart.
+
+    Messages that were late are behind their time too, and those after them are not.
+    """
+    step = int(header[:start].max()) - int(header[start])
+    before = slice(max(0, start - _AROUND), start)
+    skew = bag - header
+    moved = float(np.median(skew[start : start + _AROUND])) - float(np.median(skew[before]))
+    return 2 * moved > step
+
+
+def _bag_restarts(bag: Stamps) -> Stamps:
+    """The indices at which bag times in the order of writing go back and go on from there.
+
+    Recorders write messages up to half a second out of order.
+    """
+    return _restarts(bag, _STEP_BACK_OF_BAG_S, _FEWEST_OF_BAG, _FEWEST_OF_BAG)
+
+
+def _restarts(
+    stamps: Stamps,
+    step_back_s: float = _STEP_BACK_S,
+    fewest: int = _FEWEST,
+    fewest_at_all: int = 1,
+) -> Stamps:
+    """The indices at which stamps (N,) go back and go on from there.
 
     Messages that come late, one by one or in a burst that fills a hole, are no restart; nor are
-    parts stored out of order that do not overlap in time.
+    those of a file that is written in no strict order; nor are parts stored out of order that do
+    not overlap in time.
     """
-    if stamps.size < _FEWEST:
+    if stamps.size < fewest:
         return np.empty(0, np.int64)
+    step, remaining = round(step_back_s * SECOND), np.arange(stamps.size, 0, -1)
     highest = np.maximum.accumulate(stamps)
-    low = np.zeros(stamps.size, np.bool_)
-    low[1:] = stamps[1:] < highest[:-1] - round(_STEP_BACK_S * SECOND)
-    starts = np.flatnonzero(low & (np.diff(stamps, prepend=stamps[0]) < -_STEP_BACK_S * SECOND))
-    return np.array([k for k in starts.tolist() if _begins_again(stamps, low, k)], np.int64)
+    low = np.concatenate([[False], stamps[1:] - highest[:-1] < -step])
+    starts = np.flatnonzero(low & (np.diff(stamps, prepend=stamps[0]) < -step))
+    usual = max(1.0, float(np.median(np.abs(np.diff(stamps)))))
+    expected = np.maximum(fewest, _MOST * (highest[starts - 1] - step - stamps[starts]) / usual)
+    caught_up = np.append(np.flatnonzero(~low), stamps.size)
+    stops = caught_up[np.searchsorted(caught_up, starts)]
+    long_enough = stops - starts >= np.minimum(expected, remaining[starts])
+    rising = np.concatenate([[0], np.cumsum(np.diff(stamps) >= 0)])
+    rises = rising[stops - 1] - rising[starts] >= _ASCENDING * (stops - starts - 1)
+    chosen = np.flatnonzero(long_enough & rises & (stops - starts >= fewest_at_all))
+    found = [
+        int(starts[k])
+        for k in chosen[:_MOST_RESTARTS].tolist()
+        if _was_there(stamps[: starts[k]], stamps[starts[k] : stops[k]]) or stops[k] == stamps.size
+    ]
+    return np.array(found, np.int64)
 
 
-def _begins_again(stamps: Stamps, low: Mask, start: int) -> bool:
-    behind = np.flatnonzero(~low[start:])
-    stop = start + int(behind[0]) if behind.size else stamps.size
-    back, before = stamps[start:stop], stamps[:start]
-    if back.size < min(_FEWEST, stamps.size - start):
-        return False
-    inside = (before >= back[0]) & (before <= back.max())
-    return bool(inside.any()) or stamps.size == stop
+def _was_there(before: Stamps, back: Stamps) -> bool:
+    """Whether stamps behind a step back are over times that were there before."""
+    return bool(((before >= back[0]) & (before <= back.max())).any())
 
 
 def _clock_steps(header: Stamps, bag: Stamps) -> Stamps:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Robot
+from graspe_data.synchronisation.clock_agreement import late_sensors, measured_offsets, set_clocks
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.edges import Edges
 from graspe_data.synchronisation.findings import Finding
@@ -30,8 +30,6 @@ from graspe_data.synchronisation.timed_stretch import (
     time_stretch,
 )
 from graspe_data.synchronisation.tracks import EdgeTrack, Stamps, Tracks
-
-_LATE_S: Final = 0.25
 
 
 @dataclass(frozen=True)
@@ -94,6 +92,12 @@ def time_recording(
     parts = split_tracks(tracks, edges, robot, order, cuts)
     timed = [_timed(part, robot, limits) for part in parts]
     stretches = [stretch for stretch, _ in timed]
+    if any(stretches):
+        faulty = set_clocks(stretches, limits)
+        timed = [
+            (None, fault) if fault else kept for kept, fault in zip(timed, faulty, strict=True)
+        ]
+        stretches = [stretch for stretch, _ in timed]
     if not any(stretches):
         longest = max(range(len(parts)), key=lambda k: parts[k].tracks.image.bag_ns.size)
         raise RecordingError(timed[longest][1])
@@ -101,7 +105,7 @@ def time_recording(
     faults = tuple(fault for _, fault in timed)
     told += _findings(kept, faults)
     first = next(s for s in kept if s is not None)
-    told += [*_measured_offsets(first, robot), *_late_sensors(first)]
+    told += [*measured_offsets(first, robot), *late_sensors(first)]
     return TimedRecording(tuple(kept), tuple(parts), faults, order, tuple(cuts))
 
 
@@ -138,46 +142,4 @@ def _findings(stretches: Sequence[TimedStretch | None], faults: Sequence[str]) -
         for k, fault in enumerate(faults)
         if fault
     ]
-    return found
-
-
-def _late_sensors(stretch: TimedStretch) -> list[Finding]:
-    """Sensors whose messages come much later, or sooner, after their stamps than pictures do."""
-    camera = _least_s(stretch.tracks.image.bag_ns, stretch.image.stamps_ns)
-    bags = (
-        (stretch.tracks.points, stretch.points),
-        (stretch.odometry.stamps, stretch.odometry_time),
-    )
-    found = []
-    for track, time in bags:
-        apart = _least_s(track.bag_ns, time.stamps_ns) - camera
-        if abs(apart) > _LATE_S:
-            how = "later" if apart > 0 else "sooner"
-            text = (
-                f"{time.topic}: its messages come {abs(apart):.3f} s {how} after their stamps than "
-                f"pictures do: a slow driver, or a clock of its own. If it is the clock, set "
-                f"`offset_s: {apart:.3f}` (or `measured`) under `clocks` for this topic"
-            )
-            found.append(Finding("sensor_late", "noted", time.topic, text, {"late_s": apart}))
-    return found
-
-
-def _least_s(bag_ns: Stamps, stamps_ns: Stamps) -> float:
-    return float(np.min(bag_ns - stamps_ns)) / SECOND
-
-
-def _measured_offsets(stretch: TimedStretch, robot: Robot) -> list[Finding]:
-    """What was measured between clocks, and what it cannot tell."""
-    times = ((stretch.points, robot.clocks.points), (stretch.odometry_time, robot.clocks.odometry))
-    found = []
-    for time, clock in times:
-        if clock.offset_s == "measured":
-            offset = time.offset_ns / SECOND
-            text = (
-                f"{time.topic}: {offset:+.6f} s are added to its stamps, measured where its "
-                f"messages and pictures come soonest; what the former need longer than the latter "
-                f"even then is in it, unless `latency_s` ({clock.latency_s:g} s) takes it off"
-            )
-            numbers = {"offset_s": offset}
-            found.append(Finding("offset_measured", "mended", time.topic, text, numbers))
     return found

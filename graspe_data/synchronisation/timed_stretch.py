@@ -11,12 +11,9 @@ from graspe_data.errors import RecordingError
 from graspe_data.robot import Clock, Robot
 from graspe_data.synchronisation.clocks import ClockSettings, Timeline, camera_timeline, timeline
 from graspe_data.synchronisation.edges import Edges
-from graspe_data.synchronisation.motion_samples import (
-    MotionSamples,
-    cut_at_jumps,
-    motion_samples,
-)
+from graspe_data.synchronisation.motion_samples import MotionSamples, motion_samples
 from graspe_data.synchronisation.odometry_from_tf import odometry_from_tf
+from graspe_data.synchronisation.pose_jumps import cut_at_jumps
 from graspe_data.synchronisation.stretches import Order, stretch_of
 from graspe_data.synchronisation.tracks import (
     InertialTrack,

@@ -89,6 +89,45 @@ def spiking(time_ns: int, pose: Pose, drive: Drive) -> Any:
     return odometry(time_ns, pose, (v, 0.0), drive.omega)
 
 
+def stopping(time_ns: int, pose: Pose, drive: Drive) -> Any:
+    stands = 5 * SECOND <= time_ns - START < 8 * SECOND
+    return odometry(time_ns, pose, (0.0 if stands else drive.v, 0.0), 0.0 if stands else 0.2)
+
+
+def slipping(time_ns: int, pose: Pose, drive: Drive) -> Any:
+    seconds = (time_ns - START) / SECOND
+    slips = 5 <= seconds < 7
+    v = 1.6 + 0.1 * math.sin(5 * seconds) if slips else drive.v
+    return odometry(time_ns, pose, (v, 0.0), drive.omega)
+
+
+def with_spikes(time_ns: int, pose: Pose, drive: Drive) -> Any:
+    lost = (time_ns - START) // (SECOND // 50) in (200, 300, 400)
+    moved = Pose(pose.x + 5.0, pose.y, pose.yaw) if lost else pose
+    return odometry(time_ns, moved, (drive.v, 0.0), drive.omega)
+
+
+def to_and_fro(time_ns: int, pose: Pose, drive: Drive) -> Any:
+    aside = 0.02 * (-1) ** ((time_ns - START) // (SECOND // 50))
+    return odometry(time_ns, Pose(pose.x, pose.y + aside, pose.yaw), (drive.v, 0.0), drive.omega)
+
+
+def without_heading(time_ns: int, pose: Pose, _: Drive) -> Any:
+    return odometry(time_ns, Pose(pose.x, pose.y, 0.0), (0.0, 0.0), 0.0)
+
+
+def in_a_camera_frame(time_ns: int, pose: Pose, drive: Drive) -> Any:
+    """The body itself, told in a frame whose z points ahead and whose y points down."""
+    message = odometry(time_ns, pose, (drive.v, 0.0), drive.omega)
+    half = math.sqrt(0.5) * math.cos(pose.yaw / 2 + math.pi / 4)
+    other = math.sqrt(0.5) * math.sin(pose.yaw / 2 + math.pi / 4)
+    place = message.pose.pose.position
+    place.x, place.y, place.z = -pose.y, 0.0, pose.x
+    turn = message.pose.pose.orientation
+    turn.x, turn.y, turn.z, turn.w = half, -other, other, half
+    return message
+
+
 def poses_only() -> MadeRecording:
     made = MadeRecording()
 
@@ -264,6 +303,17 @@ CASES: dict[str, Case] = {
             lambda time_ns, _, drive: odometry(time_ns, Pose(0, 0, 0), (drive.v, 0.0), drive.omega)
         )
     ),
+    "twist_stops": Case(lambda: by_pose(stopping)),
+    "motion_differs_at_times": Case(lambda: by_pose(slipping)),
+    "pose_spikes": Case(lambda: by_pose(with_spikes)),
+    "poses_scatter": Case(lambda: by_pose(to_and_fro)),
+    "odometry_frame_not_level": Case(lambda: by_pose(in_a_camera_frame)),
+    "drives_backwards": Case(lambda: MadeRecording(Drive(v=-0.6))),
+    "commands_opposite": Case(commanded(-0.6)),
+    "moves_sideways": Case(
+        lambda: by_pose(without_heading, Drive(heading=1.2)),
+    ),
+    "heading_never_filled": Case(lambda: by_pose(without_heading, Drive(omega=0.08, heading=0.0))),
     "no_twist": Case(poses_only),
     "no_poses": Case(twists_only),
     "pose_jumps": Case(lambda: by_pose(resetting)),

@@ -20,6 +20,8 @@ REFUSALS = {
     "camera_size": "is for",
     "optical_frame": "no optical frame",
     "motion_contradicts": "no frame explains it",
+    "moves_sideways": "along the robot's x axis",
+    "heading_never_filled": "its heading by none",
     "two_publishers": "two publishers",
     "limits_too_low": "limit",
     "never_filled": "never filled",
