@@ -58,6 +58,8 @@ class Inspection:
     verdict: Verdict
     suggested: tuple[tuple[str, float], ...] = ()
     """Robot manifests that ship and fit, the best first, and the share of their topics found."""
+    notes: tuple[str, ...] = ()
+    """What was decided on reading and costs no message: `Recording.notes`."""
 
     @property
     def duration_s(self) -> float:
@@ -86,6 +88,7 @@ def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
         survey = survey_recording(recording)
         verdict = verdict_of(gather_evidence(recording, survey, robot))
         files, form = tuple(file.name for file in recording.files), recording.format
+        notes = recording.notes
     times = [t.stamps.bag_ns for t in survey.topics.values() if t.count]
     start = min((int(stamps.min()) for stamps in times), default=None)
     return Inspection(
@@ -100,6 +103,7 @@ def inspect_recording(path: Path, robot: Robot | None = None) -> Inspection:
         losses=survey.losses,
         verdict=verdict,
         suggested=() if robot else suggested_robots(survey),
+        notes=notes,
     )
 
 

@@ -43,6 +43,8 @@ def print_inspection(console: Console, inspection: Inspection) -> None:
         _line(console, 2, ("serve nothing here: ", "dim"), (", ".join(others), "dim"))
     for loss in inspection.losses:
         _line(console, 2, ("lost: ", "yellow"), (_loss(loss), ""))
+    for note in inspection.notes:
+        _line(console, 2, ("note: ", "yellow"), (note, ""))
     for pairing in inspection.pairings:
         _line(console, 2, ("pairs: ", "cyan"), (_pairing(pairing), ""))
     _print_verdict(console, inspection.verdict)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.payloads import LostMessages, unpacked
-from graspe_data.recordings.containers.sqlite_recovery import recover
+from graspe_data.recordings.containers.sqlite_recovery import SMALLEST_ROW, recover
+from graspe_data.recordings.containers.sqlite_salvage import Row, salvaged_rows
 from graspe_data.recordings.containers.sqlite_tables import plain_tables
 from graspe_data.recordings.containers.storage import Channel
 from graspe_data.recordings.containers.work_limit import WorkLimit
@@ -18,8 +18,6 @@ from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss, RawMessage
 
 MAXIMUM_BLOB = 1 << 30
-MAXIMUM_LEAP = 1 << 20
-SMALLEST_ROW = 6
 SHORTEST_LIMIT = 1 << 20
 STEPS_PER_CALL = 1 << 20
 STEPS_PER_BYTE = 64
@@ -27,12 +25,7 @@ STEPS_PER_BYTE = 64
 COUNT = "SELECT topic_id, count(*) FROM messages NOT INDEXED GROUP BY topic_id"
 IN_TIME_ORDER = "SELECT timestamp, rowid FROM messages ORDER BY timestamp, rowid"
 BY_ID = "SELECT topic_id, timestamp, data FROM messages WHERE rowid = ?"
-FROM_ID = (
-    "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid LIMIT 1"
-)
 DEFINITIONS = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-
-Row = tuple[Any, ...]
 
 
 class SqliteStorage:
@@ -126,7 +119,11 @@ class SqliteStorage:
         """Yield messages in time order, or in the order of their rows where the file is broken."""
         lost = LostMessages(self._path.name, losses)
         limit = WorkLimit(self._path, self._size)
-        rows = self._ordered_rows(lost) if self._in_order else self._salvaged_rows(losses)
+        rows = (
+            self._ordered_rows(lost)
+            if self._in_order
+            else salvaged_rows(self._database, self._path.name, self._size, losses)
+        )
         sound = self._sound(rows, lost)
         messages = self._messages(self._apart(sound, lost) if self._cut else sound, wanted)
         encodings = {channel.topic: channel.encoding for channel in self.channels.values()}
@@ -197,26 +194,6 @@ class SqliteStorage:
             else:
                 yield (number, *row)
 
-    def _salvaged_rows(self, losses: list[Loss]) -> Iterator[Row]:
-        """Go by row number; where pages are broken, leap ahead, further each time."""
-        expected = number = leap = 1
-        for _ in range(self._size // SMALLEST_ROW + 1):
-            row, fault = self._row_from(number)
-            if fault is not None:
-                number, leap = number + leap, leap * 2
-                if leap > MAXIMUM_LEAP:
-                    reason = f"no row from number {expected} on can be read: {fault}"
-                    losses.append(Loss(f"{self._path.name}: {reason}"))
-                    return
-                continue
-            if row is None:
-                return
-            if row[0] > expected:
-                reason = f"{self._path.name}: the rows {expected} to {row[0] - 1} cannot be read"
-                losses.append(Loss(reason, None, row[0] - expected))
-            yield row
-            expected, number, leap = row[0] + 1, row[0] + 1, 1
-
     def _sound(self, rows: Iterator[Row], lost: LostMessages) -> Iterator[Row]:
         """Rows with topic, time and payload; all payloads cannot be larger than the file."""
         left = self._size + SHORTEST_LIMIT
@@ -245,15 +222,6 @@ class SqliteStorage:
                 reason = "lies beside missing ones, so it may be cut"
                 lost.add(_row(row[0]), "beside", reason, topic)
             before, row = row[0], following
-
-    def _row_from(self, number: int) -> tuple[Row | None, str | None]:
-        """The first row from a number on, None where there is none; or what is wrong."""
-        try:
-            row = self._database.execute(FROM_ID, (number,)).fetchone()
-        except (sqlite3.Error, OverflowError) as error:
-            return None, str(error)
-        wrong = row is not None and (not isinstance(row[0], int) or row[0] < number)
-        return (None, "rows are not in order") if wrong else (row, None)
 
 
 def _row(number: int) -> str:

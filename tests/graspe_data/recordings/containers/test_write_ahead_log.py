@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings import open_recording
+from graspe_data.recordings import open_recording, recording_digest
 from graspe_data.recordings.containers.sqlite_log import _checksum
 
 SCHEMA = (
@@ -154,6 +154,14 @@ def test_tables_that_live_only_in_the_log(tmp_path: Path) -> None:
     assert _numbers(left) == list(range(1, 91))
     (left / FILE).write_bytes(b"")
     assert _numbers(left) == list(range(1, 91))
+
+
+def test_the_log_is_part_of_what_a_recording_is_known_by(tmp_path: Path) -> None:
+    """Files of which nothing was copied from the log are the same for every recorder."""
+    one, two = (_killed(tmp_path / str(count), committed=count) for count in (30, 90))
+    assert (one / FILE).read_bytes()[100:] == (two / FILE).read_bytes()[100:]
+    assert recording_digest(one) != recording_digest(two)
+    assert recording_digest(one) == recording_digest(one / FILE)
 
 
 def test_a_log_without_its_file_is_named(tmp_path: Path) -> None:
