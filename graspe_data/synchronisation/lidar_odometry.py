@@ -17,7 +17,6 @@ features the motion along it cannot be seen, and comes out too small.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -26,20 +25,21 @@ from numpy.typing import NDArray
 from graspe_data.errors import RecordingError
 from graspe_data.geometry import Transform, quaternion_from_rotation
 from graspe_data.sensor_data import PointCloud
+from graspe_data.synchronisation.local_map import FEWEST_POINTS, KissIcp, LocalMap
+from graspe_data.synchronisation.upright_points import moved, upright
 
 Floats = NDArray[np.float64]
 
-FEWEST_POINTS = 30
-"""Points, one a coarse voxel, below which a cloud says too little of six degrees of freedom."""
-SHARE_MATCHED = 0.5
-"""Share of a cloud's points that must lie beside points of the cloud before."""
 LOST_AFTER = 5
 """Clouds in a row that match nothing, after which the map is begun anew."""
 LONGEST_GUESS_S = 1.0
 """How long a robot is taken to go on as it did, where clouds are missing."""
 VOXELS_ACROSS = 60
 """Voxels between the lidar and what is far in the first cloud (the 90th percentile)."""
-SMALLEST_VOXEL_M = 0.1
+VOXEL_M = (0.3, 1.0)
+"""The smallest and the largest voxel."""
+FEWEST_UPRIGHT = 300
+"""Upright points below which the ground must help, as in an open field."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,13 @@ class _Speed:
     @classmethod
     def between(cls, before: Transform, after: Transform, seconds: float) -> _Speed:
         step = before.inverse() @ after
-        return cls(cv2.Rodrigues(step.rotation)[0][:, 0] / seconds, step.translation / seconds)
+        turn = np.asarray(cv2.Rodrigues(step.rotation)[0][:, 0], np.float64)
+        return cls(turn / seconds, step.translation / seconds)
 
     def after(self, seconds: float) -> Transform:
         span = min(seconds, LONGEST_GUESS_S)
-        return Transform(cv2.Rodrigues(self.rotation * span)[0], self.translation * span)
+        turn = np.asarray(cv2.Rodrigues(self.rotation * span)[0], np.float64)
+        return Transform(turn, self.translation * span)
 
 
 class LidarOdometry:
@@ -84,8 +86,8 @@ class LidarOdometry:
         """
         self._mounting = base_from_lidar
         self._ranges = (minimum_range, maximum_range)
-        self._library = _Library.load()
-        self._matcher: _Matcher | None = None
+        self._library = KissIcp.load()
+        self._map: LocalMap | None = None
         self._pose, self._speed = Transform.identity(), _Speed.none()
         self._last_ns = 0
         self._unmatched = 0
@@ -118,13 +120,13 @@ class LidarOdometry:
         return np.concatenate([base.translation, quaternion_from_rotation(base.rotation[None])[0]])
 
     def _register(self, cloud: PointCloud) -> Transform | None:
-        points = self._within_range(cloud.xyz)
+        points = self._points_that_tell(cloud.xyz)
         if len(points) < FEWEST_POINTS:
             return None
-        if self._matcher is None:
+        if self._map is None:
             return self._begin(points, cloud.stamp_ns)
         seconds = (cloud.stamp_ns - self._last_ns) * 1e-9
-        found = self._matcher.match(points, self._pose @ self._speed.after(seconds))
+        found = self._map.match(points, self._pose @ self._speed.after(seconds))
         if found is None:
             return self._unusable(points, cloud.stamp_ns)
         if seconds > 0:
@@ -133,10 +135,10 @@ class LidarOdometry:
         return found
 
     def _begin(self, points: Floats, stamp_ns: int) -> Transform | None:
-        matcher = _Matcher(self._library, _voxel_size(points), self._ranges[1])
-        if not matcher.begin(points, self._pose):
+        local_map = LocalMap(self._library, _voxel_size(points), self._ranges[1])
+        if not local_map.begin(points, self._pose):
             return None
-        self._matcher, self._speed = matcher, _Speed.none()
+        self._map, self._speed = local_map, _Speed.none()
         self._last_ns, self._unmatched = stamp_ns, 0
         return self._pose
 
@@ -144,121 +146,16 @@ class LidarOdometry:
         self._unmatched += 1
         return self._begin(points, stamp_ns) if self._unmatched > LOST_AFTER else None
 
-    def _within_range(self, xyz: NDArray[np.float32]) -> Floats:
+    def _points_that_tell(self, xyz: NDArray[np.float32]) -> Floats:
+        """Points within range, of these the upright ones where there are enough."""
         points = xyz.astype(np.float64)
-        distance = np.sqrt(np.einsum("ij,ij->i", points, points))
+        distance = np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + points[:, 2] ** 2)
         low, high = self._ranges
-        return np.ascontiguousarray(points[(distance > low) & (distance < high)])
-
-
-class _Matcher:
-    """A local map and the registration of clouds against it."""
-
-    def __init__(self, library: _Library, voxel_size: float, maximum_range: float) -> None:
-        self._voxel_size = voxel_size
-        self._thin = library.thin
-        self._registration, self._map, self._threshold = library.parts(voxel_size, maximum_range)
-        self._before: Floats = np.empty((0, 3))
-
-    def begin(self, points: Floats, pose: Transform) -> bool:
-        fine, coarse = self._thinned(points)
-        usable = len(coarse) >= FEWEST_POINTS
-        if usable:
-            self._keep(fine, pose)
-        return usable
-
-    def match(self, points: Floats, guess: Transform) -> Transform | None:
-        """The pose of a cloud, or None where it does not lie on the cloud before."""
-        fine, coarse = self._thinned(points)
-        if len(coarse) < FEWEST_POINTS:
-            return None
-        sigma = self._threshold.get_threshold()
-        start = _matrix(guess)
-        found = self._registration.align_points_to_map(coarse, self._map, start, 3 * sigma, sigma)
-        pose = Transform(found[:3, :3], found[:3, 3])
-        if not np.isfinite(found).all() or self._share_matched(pose.apply(coarse)) < SHARE_MATCHED:
-            return None
-        self._threshold.update_model_deviation(_matrix(guess.inverse() @ pose))
-        self._keep(fine, pose)
-        return pose
-
-    def _thinned(self, points: Floats) -> tuple[Floats, Floats]:
-        fine = self._thin(points, 0.5 * self._voxel_size)
-        return fine, self._thin(fine, 1.5 * self._voxel_size)
-
-    def _keep(self, points: Floats, pose: Transform) -> None:
-        self._map.update(points, _matrix(pose))
-        self._before = np.asarray(pose.apply(points), np.float64)
-
-    def _share_matched(self, points: NDArray[np.floating]) -> float:
-        """Share of points with a point of the cloud before in their voxel or beside it."""
-        around = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-        cells = np.floor(points / self._voxel_size).astype(np.int64)
-        taken = np.unique(_cell_keys(np.floor(self._before / self._voxel_size).astype(np.int64)))
-        near = np.isin(_cell_keys(cells[:, None, :] + around), taken)
-        return float(near.any(axis=1).mean())
-
-
-@dataclass(frozen=True)
-class _Library:
-    """The parts of KISS-ICP, which is an extra."""
-
-    config: Any
-    registration: Any
-    mapping: Any
-    threshold: Any
-    thin: Any
-
-    @classmethod
-    def load(cls) -> _Library:
-        try:
-            from kiss_icp import config, mapping, registration, threshold, voxelization  # noqa: PLC0415
-        except ModuleNotFoundError as error:
-            if error.name is None or error.name.partition(".")[0] != "kiss_icp":
-                raise
-            raise RecordingError(
-                "Odometry from the lidar (`odometry: lidar`) is made by KISS-ICP, which is not "
-                "installed: pip install 'graspe[lidar_odometry]'."
-            ) from error
-        return cls(config.config, registration, mapping, threshold, voxelization.voxel_down_sample)
-
-    def parts(self, voxel_size: float, maximum_range: float) -> tuple[Any, Any, Any]:
-        """Registration, map and threshold; numbers are given here, none by the environment."""
-        registration = self.registration.Registration(
-            max_num_iterations=500, convergence_criterion=1e-4, max_num_threads=1
-        )
-        local_map = self.mapping.VoxelHashMap(voxel_size, maximum_range, max_points_per_voxel=20)
-        settings = _ThresholdSettings(
-            self.config.DataConfig(max_range=maximum_range),
-            self.config.AdaptiveThresholdConfig(initial_threshold=2 * voxel_size),
-        )
-        return registration, local_map, self.threshold.AdaptiveThreshold(settings)
-
-
-@dataclass(frozen=True)
-class _ThresholdSettings:
-    data: Any
-    adaptive_threshold: Any
+        points = points[(distance > low) & (distance < high)]
+        tells = upright(moved(points, self._mounting))
+        return np.ascontiguousarray(points[tells] if tells.sum() >= FEWEST_UPRIGHT else points)
 
 
 def _voxel_size(points: Floats) -> float:
     far = float(np.quantile(np.linalg.norm(points, axis=1), 0.9))
-    return max(far / VOXELS_ACROSS, SMALLEST_VOXEL_M)
-
-
-def _cell_keys(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """One number a cell (..., 3), wrapped at 2^21 cells a side."""
-    x, y, z = np.moveaxis(cells & 0x1FFFFF, -1, 0)
-    keys: NDArray[np.int64] = (x << 42) | (y << 21) | z
-    return keys
-
-
-def _matrix(pose: Transform) -> Floats:
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = pose.rotation, pose.translation
-    return matrix
-
-
-def fitted_velocities(stamps_ns: NDArray[np.int64], position: Floats, quaternion: Floats) -> Floats:
-    """To come."""
-    raise NotImplementedError
+    return float(np.clip(far / VOXELS_ACROSS, *VOXEL_M))

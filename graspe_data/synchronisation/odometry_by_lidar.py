@@ -14,7 +14,8 @@ from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Mounting, Robot
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.lidar_odometry import LidarOdometry, fitted_velocities
+from graspe_data.synchronisation.fitted_velocities import fitted_velocities
+from graspe_data.synchronisation.lidar_odometry import LidarOdometry
 from graspe_data.synchronisation.tracks import MotionTrack, Stamps, StampTrack, Tracks
 from graspe_data.synchronisation.transform_buffer import TransformBuffer
 

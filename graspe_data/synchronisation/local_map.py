@@ -1,0 +1,131 @@
+"""The surroundings as a map, and the registration of a cloud against it, by KISS-ICP."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graspe_data.errors import RecordingError
+from graspe_data.geometry import Transform, quaternion_from_rotation
+from graspe_data.synchronisation.upright_points import cell_keys, moved
+
+Floats = NDArray[np.float64]
+
+DECIMALS = 7
+"""Of a pose: a tenth of a micrometre, and of a microradian."""
+FEWEST_POINTS = 30
+"""Points, one a voxel, below which a cloud says too little of six degrees of freedom."""
+MATCHED_EVERY = 0.5
+SHARE_MATCHED = 0.5
+"""Share of a cloud's points that must lie beside points of the cloud before."""
+
+
+class LocalMap:
+    """A map of what lies within ``maximum_range`` of the last cloud, metres."""
+
+    def __init__(self, library: KissIcp, voxel_size: float, maximum_range: float) -> None:
+        """Take the library and the map's voxel size and range in metres."""
+        self._voxel_size = voxel_size
+        self._thin = library.thin
+        self._registration, self._map, self._threshold = library.parts(voxel_size, maximum_range)
+        self._before: Floats = np.empty((0, 3))
+
+    def begin(self, points: Floats, pose: Transform) -> bool:
+        """Begin the map with a cloud (N, 3); False where it holds too few points."""
+        thinned = self._thin(points, 0.5 * self._voxel_size)
+        usable = len(thinned) >= FEWEST_POINTS
+        if usable:
+            self._keep(thinned, pose)
+        return usable
+
+    def match(self, points: Floats, guess: Transform) -> Transform | None:
+        """The pose of a cloud (N, 3), or None where it does not lie on the cloud before."""
+        fine = self._thin(points, 0.5 * self._voxel_size)
+        coarse = self._thin(fine, MATCHED_EVERY * self._voxel_size)
+        if len(coarse) < FEWEST_POINTS:
+            return None
+        sigma = self._threshold.get_threshold()
+        start = _matrix(guess)
+        found = self._registration.align_points_to_map(coarse, self._map, start, 3 * sigma, sigma)
+        if not np.isfinite(found).all():
+            return None
+        pose = _rounded(found)
+        if self._share_matched(moved(coarse, pose)) < SHARE_MATCHED:
+            return None
+        self._threshold.update_model_deviation(_matrix(guess.inverse() @ pose))
+        self._keep(fine, pose)
+        return pose
+
+    def _keep(self, points: Floats, pose: Transform) -> None:
+        self._map.update(points, _matrix(pose))
+        self._before = moved(points, pose)
+
+    def _share_matched(self, points: Floats) -> float:
+        """Share of points with a point of the cloud before in their voxel or beside it."""
+        around = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        cells = np.floor(points / self._voxel_size).astype(np.int64)
+        taken = np.unique(cell_keys(np.floor(self._before / self._voxel_size).astype(np.int64)))
+        near = np.isin(cell_keys(cells[:, None, :] + around), taken)
+        return float(near.any(axis=1).mean())
+
+
+@dataclass(frozen=True)
+class KissIcp:
+    """The parts of KISS-ICP, which is an extra."""
+
+    config: Any
+    registration: Any
+    mapping: Any
+    threshold: Any
+    thin: Any
+
+    @classmethod
+    def load(cls) -> KissIcp:
+        """Import the parts.
+
+        Raises:
+            RecordingError: KISS-ICP is not installed.
+        """
+        try:
+            from kiss_icp import config, mapping, registration, threshold, voxelization  # noqa: PLC0415
+        except ModuleNotFoundError as error:
+            if error.name is None or error.name.partition(".")[0] != "kiss_icp":
+                raise
+            raise RecordingError(
+                "Odometry from the lidar (`odometry: lidar`) is made by KISS-ICP, which is not "
+                "installed: pip install 'graspe[lidar_odometry]'."
+            ) from error
+        return cls(config.config, registration, mapping, threshold, voxelization.voxel_down_sample)
+
+    def parts(self, voxel_size: float, maximum_range: float) -> tuple[Any, Any, Any]:
+        """Registration, map and threshold; numbers are given here, none by the environment."""
+        registration = self.registration.Registration(
+            max_num_iterations=500, convergence_criterion=1e-4, max_num_threads=1
+        )
+        local_map = self.mapping.VoxelHashMap(voxel_size, maximum_range, max_points_per_voxel=20)
+        settings = _ThresholdSettings(
+            self.config.DataConfig(max_range=maximum_range),
+            self.config.AdaptiveThresholdConfig(initial_threshold=2 * voxel_size),
+        )
+        return registration, local_map, self.threshold.AdaptiveThreshold(settings)
+
+
+@dataclass(frozen=True)
+class _ThresholdSettings:
+    data: Any
+    adaptive_threshold: Any
+
+
+def _rounded(found: Floats) -> Transform:
+    """The pose (4, 4) to ``DECIMALS``, which swallows what a sum's order does to last digits."""
+    quaternion = np.round(quaternion_from_rotation(found[None, :3, :3])[0], DECIMALS)
+    return Transform.from_quaternion(np.round(found[:3, 3], DECIMALS), quaternion)
+
+
+def _matrix(pose: Transform) -> Floats:
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = pose.rotation, pose.translation
+    return matrix
