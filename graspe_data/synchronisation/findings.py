@@ -182,7 +182,7 @@ KINDS: Final[Mapping[str, Kind]] = {
     "camera_size": Kind(
         "refused",
         "the size of the pictures and that of their CameraInfo",
-        "refused; how to scale it is told",
+        "how to scale it is told",
     ),
     "camera_frame": Kind(
         "noted", "the frame of the pictures and that of their CameraInfo", "the pictures' counts"
@@ -193,40 +193,34 @@ KINDS: Final[Mapping[str, Kind]] = {
     "optical_frame": Kind(
         "refused",
         "a camera's frame with z up, as a body's, where an optical one has y down",
-        "refused; the optical frame is proposed",
+        "the optical frame is proposed",
     ),
     "stretch_without_rows": Kind(
         "noted", "a stretch that lacks a sensor or whose clocks are unrelated", "it makes no rows"
     ),
     "motion_contradicts": Kind(
-        "refused", "twist and poses that no frame explains", "refused; the manifest can force"
+        "refused", "twist and poses that no frame explains", "the manifest can force"
     ),
     "moves_sideways": Kind(
         "refused",
         "the way of a robot and where its x axis points",
-        "refused where most of the way lies across; the manifest can force",
+        "where most of the way lies across; the manifest can force",
     ),
     "heading_never_filled": Kind(
         "refused",
         "a way on curves and a heading that never changes, without a twist",
-        "refused; the manifest can force",
+        "the manifest can force",
     ),
     "two_publishers": Kind(
-        "refused", "poses that jump to and fro: two publishers of one edge or topic", "refused"
+        "refused", "poses that jump to and fro: two publishers of one edge or topic", ""
     ),
     "limits_too_low": Kind(
-        "refused", "velocities beyond twice the limits throughout", "refused: correct `limits`"
+        "refused", "velocities beyond twice the limits throughout", "correct `limits`"
     ),
-    "never_filled": Kind(
-        "refused", "commands that drive and an odometry that never changes", "refused"
-    ),
-    "clocks_differ": Kind(
-        "refused", "stamps of a sensor and of the camera", "refused; the offset is told"
-    ),
+    "never_filled": Kind("refused", "commands that drive and an odometry that never changes", ""),
+    "clocks_differ": Kind("refused", "stamps of a sensor and of the camera", "the offset is told"),
     "camera_moves": Kind(
-        "refused", "a camera's frame that moves against the base", "refused: give `camera.frame`"
+        "refused", "a camera's frame that moves against the base", "give `camera.frame`"
     ),
-    "no_mounting": Kind(
-        "refused", "a sensor's frame and the base, which nothing connects", "refused"
-    ),
+    "no_mounting": Kind("refused", "a sensor's frame and the base, which nothing connects", ""),
 }
