@@ -8,6 +8,8 @@ from typing import Final
 import numpy as np
 
 from graspe_data.errors import RecordingError
+from graspe_data.inspection.driven_limits import driven_limits
+from graspe_data.inspection.motion_alone import other_motion
 from graspe_data.inspection.roles import Role
 from graspe_data.inspection.survey import Survey, TopicSurvey
 from graspe_data.inspection.topic_choice import (
@@ -22,7 +24,6 @@ from graspe_data.synchronisation.camera_agreement import is_body_frame, likely_o
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.motion_samples import MotionSamples, motion_samples
 from graspe_data.synchronisation.odometry_from_tf import moving_edge, odometry_from_tf
 from graspe_data.synchronisation.row_plan import SynchronisationSettings
 from graspe_data.synchronisation.synchronised import (
@@ -87,13 +88,16 @@ def gather_evidence(
     choice = guessed_topics(survey) if robot is None else declared_topics(robot)
     nothing = TransformBuffer({})
     needed = NEEDED[:2] if robot is not None and robot.by_lidar else NEEDED
+    odometry = choice.topics.get("odometry")
+    others = tuple(other_motion(recording, survey, odometry))
     if not all(choice.topics.get(role) in recording.topics for role in needed):
-        return Evidence(survey, choice, robot, nothing)
+        others = tuple(other_motion(recording, survey, None))
+        return Evidence(survey, choice, robot, nothing, others)
     asked, told = robot or _first_draft(choice), list[Finding]()
     try:
         tracks = read_all_tracks(recording, asked, told)
     except RecordingError as error:
-        return Evidence(survey, choice, asked, nothing, fault=str(error))
+        return Evidence(survey, choice, asked, nothing, others, fault=str(error))
     transforms = plain_transforms(tracks)
     placeholders = frozenset[str]()
     if robot is None:
@@ -105,7 +109,7 @@ def gather_evidence(
             asked,
             transforms,
             tracks=tracks,
-            findings=tuple(told),
+            findings=(*others, *told),
             placeholders=placeholders,
         ),
         asked,
@@ -213,41 +217,8 @@ def _base_frame(draft: Robot, tracks: Tracks, transforms: TransformBuffer) -> st
 
 
 def _limits(draft: Robot, tracks: Tracks) -> Limits:
-    """So wide that what was driven fits, and leaps do not: half as much again as nearly always."""
     try:
         track = tracks.odometry or odometry_from_tf(sort_edges(tracks.edges), draft)
     except RecordingError:
         return draft.limits
-    stamps = track.stamps.bag_ns if track.stamps.header_ns is None else track.stamps.header_ns
-    samples = motion_samples(track, stamps)
-    speed, rate = _usual_speed(samples), _usual_rate(samples)
-    fastest, quickest = 1.5 * speed + 0.5, 1.5 * rate + 0.5
-    return Limits(linear_velocity=(-fastest, fastest), yaw_rate=(-quickest, quickest))
-
-
-def _usual_speed(samples: MotionSamples) -> float:
-    told = np.linalg.norm(samples.linear, axis=1)
-    return max(_high(told), _high(_per_second(samples, samples.position)))
-
-
-def _usual_rate(samples: MotionSamples) -> float:
-    heading = samples.yaw[:, None]
-    return max(_high(np.abs(samples.angular[:, 2])), _high(_per_second(samples, heading)))
-
-
-def _per_second(
-    samples: MotionSamples, values: np.ndarray[tuple[int, int], np.dtype[np.float64]]
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """How far values (N, D) go within a second, over that second."""
-    seconds = (samples.stamps_ns - samples.stamps_ns[:1]) * 1e-9
-    later = np.searchsorted(seconds, seconds + 1.0)
-    begin = np.flatnonzero(later < seconds.size)
-    if not begin.size:
-        begin, later = np.array([0]), np.full(max(1, seconds.size), max(0, seconds.size - 1))
-    span = np.maximum(seconds[later[begin]] - seconds[begin], 1e-3)
-    return np.asarray(np.linalg.norm(values[later[begin]] - values[begin], axis=1) / span)
-
-
-def _high(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.percentile(known, 98)) if known.size else 0.0
+    return driven_limits(track)
