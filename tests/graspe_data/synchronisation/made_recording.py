@@ -325,9 +325,8 @@ def drive(
 
 def robot(**changes: Any) -> Robot:
     """The robot with some fields changed; topics, limits and frames by name."""
-    topics = {k: changes.pop(k) for k in ("image", "points", "odometry") if k in changes}
-    if "command" in changes:
-        topics["command"] = changes.pop("command")
+    named = ("image", "points", "odometry", "command")
+    topics = {name: changes.pop(name) for name in named if name in changes}
     if topics:
         changes["topics"] = ROBOT.topics.model_copy(update=topics)
     return ROBOT.model_copy(update=changes)
