@@ -1,4 +1,4 @@
-"""A planner that never raises and never drives on bad input."""
+"""A planner that never raises, always answers in time, and never drives on bad input."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Any
 
 from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
+from planners.deadline import Deadline
 from planners.fitness import GuardSettings, unfit
+from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"
@@ -17,9 +19,10 @@ _TOLERANCE = 1e-6
 
 
 class Guarded:
-    """Asks another planner, and stops where that has no sense or does not work.
+    """Asks another planner, and stops where that has no sense, does not work or takes too long.
 
-    Every stop of its own has a reason, which is logged as a warning to the logger ``planners``.
+    It also stops at the goal, and where the robot gets no nearer to it. Every stop of its own has a
+    reason, which is logged to the logger ``planners``: as a warning, but for an arrival.
     """
 
     def __init__(
@@ -29,15 +32,20 @@ class Guarded:
         self._planner, self._limits = planner, limits
         self._settings = settings or GuardSettings()
         self._latest_ns: int | None = None
+        self._answers = Deadline[Command](self._settings.answer_s)
+        self._watch = GoalWatch(self._settings.goal)
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            reason = self._went_back(situation.now_ns) or unfit(situation, self._settings)
+            reason = unfit(situation, self._settings) or self._went_back(situation.now_ns)
             if reason:
                 return self._stop(situation, reason)
-            command = self._planner.command(situation)
+            standing = self._watch.standing(situation)
+            if standing:
+                return self._stop(situation, standing.reason, arrived=standing.arrived)
+            command = self._answers.ask(lambda: self._planner.command(situation))
             reason = self._beyond(command)
         except GraspeError as error:
             return self._stop(situation, str(error))
@@ -66,10 +74,15 @@ class Guarded:
         return ""
 
     def _stop(
-        self, situation: Situation, reason: str, considered: Considered | None = None
+        self,
+        situation: Situation,
+        reason: str,
+        considered: Considered | None = None,
+        *,
+        arrived: bool = False,
     ) -> Command:
         """The slowest velocity that the robot can have reached by the next command."""
-        self._log.warning("stop: %s", reason)
+        self._log.log(logging.INFO if arrived else logging.WARNING, "stop: %s", reason)
         limits, period = self._limits, self._settings.period_s
         v, omega = _numbers(getattr(situation, "velocity", None))
         slower = _toward_zero(v, limits.linear_acceleration * period)
@@ -79,6 +92,7 @@ class Guarded:
             _clipped(straighter, limits.yaw_rate),
             f"stop: {reason}",
             considered,
+            arrived,
         )
 
 
