@@ -13,7 +13,6 @@ from graspe_data.errors import PlannerError
 from planners.bundle_files import read_bundle_files
 from planners.graph import Arrays, Graph
 
-
 MOST_THREADS = 256
 
 

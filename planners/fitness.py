@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from numbers import Real
 from typing import Annotated
 
 import numpy as np
@@ -64,13 +65,13 @@ def _kinds(situation: Situation) -> str:
     }
     for name, (value, kind) in held.items():
         if not isinstance(value, kind):
-            return f"the {name} is {_article(type(value).__name__)}"
+            return f"the {name} is {_named(value)}"
     strange = [each for each in situation.motions if not isinstance(each, Motion)]
-    return f"the odometry has {_article(type(strange[0]).__name__)} in it" if strange else ""
+    return f"the odometry has {_named(strange[0])} in it" if strange else ""
 
 
-def _article(kind: str) -> str:
-    return f"a {kind}, which says nothing" if kind != "NoneType" else "None"
+def _named(value: object) -> str:
+    return "None" if value is None else f"a {type(value).__name__}"
 
 
 def _numbers(situation: Situation) -> str:
@@ -107,6 +108,8 @@ def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> s
     if picture is None:
         return "there is no picture"
     rgb = picture.rgb
+    if not isinstance(rgb, np.ndarray):
+        return f"the picture is {_named(rgb)}, expected uint8 (H, W, 3)"
     if rgb.dtype != np.uint8 or (rgb.ndim, rgb.shape[-1:]) != (3, (3,)):
         return f"the picture is {rgb.dtype} {rgb.shape}, expected uint8 (H, W, 3)"
     return _late("picture", picture.stamp_ns, now_ns, settings.picture_age_s, settings.ahead_s)
@@ -124,6 +127,8 @@ def _cloud(cloud: PointCloud | None, now_ns: int, settings: GuardSettings) -> st
 
 
 def _late(name: str, stamp_ns: int, now_ns: int, oldest_s: float, ahead_s: float) -> str:
+    if not (isinstance(stamp_ns, Real) and isinstance(now_ns, Real)):
+        return f"the {name} has the stamp {stamp_ns!r} at {now_ns!r}, expected nanoseconds"
     age = (now_ns - stamp_ns) / 1e9
     if -ahead_s <= age <= oldest_s:
         return ""

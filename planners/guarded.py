@@ -9,7 +9,7 @@ from typing import Any
 from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
 from planners.deadline import Deadline
-from planners.fitness import GuardSettings, unfit
+from planners.fitness import FASTEST, GuardSettings, unfit
 from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
@@ -34,6 +34,7 @@ class Guarded:
         self._latest_ns: int | None = None
         self._answers = Deadline[Command](self._settings.answer_s)
         self._watch = GoalWatch(self._settings.goal)
+        self._braking: tuple[float, float] | None = None
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
@@ -52,7 +53,10 @@ class Guarded:
         except Exception as error:  # noqa: BLE001 - whatever it is, the robot must not drive on
             self._log.exception("the planner failed")
             return self._stop(situation, f"{type(error).__name__}: {error}")
-        return self._stop(situation, reason, command.considered) if reason else command
+        if reason:
+            return self._stop(situation, reason, command.considered)
+        self._braking = None
+        return command
 
     def _went_back(self, now_ns: int) -> str:
         """Whether the robot's clock was set back since the last situation."""
@@ -81,32 +85,40 @@ class Guarded:
         *,
         arrived: bool = False,
     ) -> Command:
-        """The slowest velocity that the robot can have reached by the next command."""
+        """The slowest velocity that the robot can have reached by the next command.
+
+        A stop that goes on brakes on from its own last command: the velocity that the situation
+        states may be the one that is wrong, or that of a second ago.
+        """
         self._log.log(logging.INFO if arrived else logging.WARNING, "stop: %s", reason)
         limits, period = self._limits, self._settings.period_s
         v, omega = _numbers(getattr(situation, "velocity", None))
-        slower = _toward_zero(v, limits.linear_acceleration * period)
-        straighter = _toward_zero(omega, limits.yaw_acceleration * period)
-        return Command(
-            _clipped(slower, limits.linear_velocity),
-            _clipped(straighter, limits.yaw_rate),
-            f"stop: {reason}",
-            considered,
-            arrived,
-        )
+        v, omega = _clipped(v, limits.linear_velocity), _clipped(omega, limits.yaw_rate)
+        if self._braking is not None:
+            v, omega = _slower(v, self._braking[0]), _slower(omega, self._braking[1])
+        v = _toward_zero(v, limits.linear_acceleration * period)
+        omega = _toward_zero(omega, limits.yaw_acceleration * period)
+        self._braking = v, omega
+        return Command(v, omega, f"stop: {reason}", considered, arrived)
 
 
 def _numbers(velocity: Any) -> tuple[float, float]:
-    """A velocity, and standing still for what is none."""
+    """A velocity, and standing still for what is none, or damage."""
     try:
         v, omega = (float(value) for value in velocity)
     except (TypeError, ValueError, OverflowError):
         return 0.0, 0.0
-    return (v, omega) if math.isfinite(v) and math.isfinite(omega) else (0.0, 0.0)
+    # NaN is not within.
+    return (v, omega) if abs(v) <= FASTEST and abs(omega) <= FASTEST else (0.0, 0.0)
 
 
 def _toward_zero(value: float, reach: float) -> float:
     return math.copysign(max(abs(value) - reach, 0.0), value)
+
+
+def _slower(value: float, other: float) -> float:
+    """The one nearer to 0; 0 where they have opposite signs."""
+    return min(value, other, key=abs) if value * other > 0 else 0.0
 
 
 def _clipped(value: float, bounds: tuple[float, float]) -> float:

@@ -18,6 +18,8 @@ from planners.situation import Situation
 LONGEST_RANGE = 1000.0
 """Metres; a return from farther away is damage."""
 
+_FAR_SHARE = 0.1
+"""Returns beyond that which may be damage."""
 _MORE = 1.5
 """Times as many rings as declared: by geometry a ring may be taken for two."""
 
@@ -89,14 +91,36 @@ class LidarClouds:
 def misshapen(cloud: PointCloud) -> str:
     """Why a cloud's arrays are none of a cloud; empty where they are."""
     xyz = cloud.xyz
-    floating = np.issubdtype(xyz.dtype, np.floating)
-    if not floating or (xyz.ndim, xyz.shape[-1:]) != (2, (3,)):
-        return f"the cloud is {xyz.dtype} {xyz.shape}, expected float32 (N, 3) in metres"
-    for name in ("intensity", "ring"):
+    if _kind(xyz) != "f" or (xyz.ndim, xyz.shape[-1:]) != (2, (3,)):
+        return f"the cloud is {_shown(xyz)}, expected float32 (N, 3) in metres"
+    for name, kinds in (("intensity", "fiu"), ("ring", "iu")):
         values = getattr(cloud, name)
-        if values is not None and np.shape(values) != (len(xyz),):
-            return f"the cloud's {name} is {np.shape(values)} for {len(xyz)} returns, one each"
-    return ""
+        if values is None:
+            continue
+        if _kind(values) not in kinds or values.shape != (len(xyz),):
+            return f"the cloud's {name} is {_shown(values)}, expected {len(xyz)} numbers"
+    return _far_away(xyz)
+
+
+def _far_away(xyz: NDArray[np.floating]) -> str:
+    """Whether so many returns are beyond what lidars see that they are in another unit."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        square = np.einsum("ij,ij->i", xyz, xyz)
+        far = np.count_nonzero(square > LONGEST_RANGE**2)
+    if far <= _FAR_SHARE * np.count_nonzero(square > 0):
+        return ""
+    return f"{far} of the cloud's {len(xyz)} returns are beyond {LONGEST_RANGE:g} m, no metres"
+
+
+def _kind(values: object) -> str:
+    """NumPy's letter of a dtype; a space where it is no array."""
+    return values.dtype.kind if isinstance(values, np.ndarray) else " "
+
+
+def _shown(values: object) -> str:
+    if isinstance(values, np.ndarray):
+        return f"{values.dtype} {values.shape}"
+    return f"a {type(values).__name__}"
 
 
 def returns(xyz: NDArray[np.floating]) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Literal
 
@@ -11,9 +12,10 @@ from graspe_data.sensor_data import Motion
 
 Sensor = Literal["camera", "lidar"]
 
-NO_SENSORS = frozenset(
-    "base base_footprint base_link base_stabilized body camera_init chassis earth footprint "
-    "global ground imu imu_link local map odom odometry robot utm vision world".split()
+_NO_SENSOR = re.compile(
+    r"base|base_stabilized|body|camera_init|chassis|earth|footprint|global|ground|imu|imu_link|"
+    r"local|robot|utm|vision|world|(\w+_)?(base_footprint|base_link|map|odom|odometry)",
+    re.IGNORECASE,
 )
 """Usual names of frames that are neither a camera's nor a lidar's (REP 105; Spot's; LOAM's)."""
 
@@ -45,7 +47,7 @@ class SensorFrame:
         Raises:
             PlannerError: Names the frame and the expected one.
         """
-        found = plain_frame(frame)
+        found = plain_frame(frame) if isinstance(frame, str) else ""
         fault = self._fault(found, motions)
         if fault:
             what = "cloud" if self._sensor == "lidar" else "picture"
@@ -62,7 +64,7 @@ class SensorFrame:
             return "which names none"
         last = motions[-1] if motions else None
         moving = (plain_frame(last.frame), plain_frame(last.child_frame)) if last else ()
-        if found in moving or found.rpartition("/")[2].lower() in NO_SENSORS:
+        if found in moving or _NO_SENSOR.fullmatch(found.rpartition("/")[2]):
             return f"which is no {self._sensor}'s"
         if self._sensor == "lidar" and any(name in found.lower() for name in _CAMERAS):
             return "which is a camera's"

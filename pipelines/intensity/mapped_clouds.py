@@ -87,7 +87,7 @@ class CloudMapper:
         stamps = synchronised.points_ns
         self._odometry = sample_odometry(synchronised.odometry, stamps, gap_s)
         self._memory: GlassMemory | None = None
-        self._scale = IntensityScale(lidar.intensity_maximum)
+        self._scale = IntensityScale(recipe.intensity_returns.intensity_maximum)
 
     def __len__(self) -> int:
         """How many clouds are asked for."""

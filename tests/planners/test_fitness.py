@@ -26,7 +26,7 @@ Cloud = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
     [
         (lambda xyz: xyz[:0], "no return within 1000 m"),
         (lambda xyz: np.full_like(xyz, NAN), "no return within 1000 m"),
-        (lambda xyz: np.full_like(xyz, 1e30), "no return within 1000 m"),
+        (lambda xyz: np.full_like(xyz, 1e30), "returns are beyond 1000 m"),
         (np.zeros_like, "no return within 1000 m"),
         (lambda xyz: (1000 * xyz).astype(np.int32), "the cloud is int32"),
         (lambda xyz: xyz[:, :2], "expected float32 (N, 3) in metres"),

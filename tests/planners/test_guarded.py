@@ -91,6 +91,19 @@ def test_bad_answers_brake_as_hard_as_the_robot_can(
     assert reason in command.reason
 
 
+@pytest.mark.parametrize("velocity", [(0.5, -0.5), (0.0, 0.0), (7.0, 9.0), (1e300, 1.0)])
+def test_a_stop_that_goes_on_ends_standing_whatever_the_odometry_says(
+    situation: Situations, velocity: tuple[float, float]
+) -> None:
+    guarded = Guarded(Answers(Command(0.4, 0.0)), LIMITS)
+    blind = replace(situation(velocity=velocity), cloud=None)
+    speeds = [guarded.command(blind).linear_velocity for _ in range(7)]
+    assert speeds == sorted(speeds, reverse=True)
+    assert speeds[-1] == 0.0
+    assert guarded.command(situation()).linear_velocity == 0.4
+    assert guarded.command(replace(situation(velocity=(0.5, 0.0)), cloud=None)).linear_velocity > 0
+
+
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(velocity=st.tuples(st.floats(), st.floats()), answer=st.tuples(st.floats(), st.floats()))
 def test_whatever_comes_in_what_goes_out_can_be_driven(

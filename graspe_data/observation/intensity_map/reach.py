@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +31,7 @@ class Histogram:
         bins = np.ceil(strength * np.float64(_BINS / self.maximum)).astype(np.int64)
         self._counts += np.bincount(np.minimum(bins, _BINS), minlength=_BINS + 1)
 
-    def __iadd__(self, other: Histogram) -> Histogram:
+    def __iadd__(self, other: Histogram) -> Self:
         """Add the returns of another."""
         self._counts += other._counts
         return self
