@@ -14,8 +14,9 @@ SMALLER, PLAIN = 0.25, 0.4
 """Shares of the maximum. Clouds that do not reach the first are on a smaller scale; those that
 reach beyond the second are on the declared one. Between them lie 0..100 under a maximum of 255, and
 a VLP-16, which gives whatever sends no beam back 0..100 of its 255."""
-HELD = 0.25
-"""Share of what the first clouds reached that later ones reach, or the scale has changed."""
+HELD, SUDDEN = 0.25, 0.6
+"""Shares of what the first clouds and the last one reached. A cloud that does not tell its scale is
+taken where it reaches both: what is seen gets dull by and by, a scale changes at once."""
 
 _KEY = "`lidar.intensity_maximum` of the robot manifest"
 
@@ -23,15 +24,15 @@ _KEY = "`lidar.intensity_maximum` of the robot manifest"
 class IntensityScale:
     """Whether the clouds of one lidar are on the declared scale, told by all of their returns.
 
-    It is decided over the first clouds together, and held from then on: later clouds may show
-    duller things, but not all things duller by far, nor fractions where there were whole numbers.
+    It is decided over the first clouds together, and held from then on: later clouds may get
+    duller, but not at once, nor have fractions where there were whole numbers.
     """
 
     def __init__(self, maximum: float) -> None:
         """Take R, the greatest value of the declared scale."""
         self._maximum = maximum
         self._first = Histogram(maximum)
-        self._reached: float | None = None
+        self._reached: tuple[float, float] | None = None
         self._whole = True
 
     def strength(self, intensity: NDArray[np.float32] | None) -> NDArray[np.float32]:
@@ -76,19 +77,21 @@ class IntensityScale:
                 f" one is between that and {maximum:g}: the scale may be 0 to {maximum:g} or a "
                 f"smaller one, which cannot be told; set {_KEY} to the sensor's greatest value."
             )
-        self._reached = reached
+        self._reached = reached, reached
 
-    def _hold(self, seen: Histogram, reached: float, *, whole: bool) -> None:
-        if seen.reach < HELD * reached and not reaches(seen, PLAIN):
+    def _hold(self, seen: Histogram, reached: tuple[float, float], *, whole: bool) -> None:
+        first, last = reached
+        if seen.reach < max(HELD * first, SUDDEN * last) and not reaches(seen, PLAIN):
             raise ObservationError(
-                f"99 % of {seen.total} intensities are within 0 to {seen.reach:.3g}, of earlier "
-                f"clouds within 0 to {reached:.3g}: the driver's scale has changed."
+                f"99 % of {seen.total} intensities are within 0 to {seen.reach:.3g}, of the cloud "
+                f"before within 0 to {last:.3g}: the driver's scale has changed."
             )
         if self._whole and not whole:
             raise ObservationError(
                 "The intensities have fractions, those of earlier clouds were whole numbers: the "
                 "driver's scale has changed."
             )
+        self._reached = first, seen.reach
 
 
 def declared_strength(intensity: NDArray[np.float32] | None, maximum: float) -> NDArray[np.float32]:

@@ -68,7 +68,7 @@ def velodyne(seed: int, reflectors: int) -> np.ndarray:
     """As a VLP-16 gives it: what sends no beam back is 0..100, and whatever is white is 100."""
     drawn = np.random.default_rng(seed)
     counts = np.rint(np.minimum(drawn.exponential(45, 15_000), 100))
-    counts[:reflectors] = drawn.choice([101, 103, 106, 109, 119, 121], reflectors)
+    counts[:reflectors] = np.roll([103, 106, 109, 112, 119, 121], 2 * seed)[:reflectors]
     return counts.astype(np.float32)
 
 
@@ -121,9 +121,15 @@ def test_the_first_clouds_together_tell_and_later_ones_are_held_to_it() -> None:
     assert scale.strength(velodyne(5, 0)).max() == 100
 
 
-def test_duller_things_are_seen_once_the_scale_is_known() -> None:
-    scale, dull = IntensityScale(255), np.rint(cloud(70, 1))
+def test_what_gets_duller_by_and_by_is_seen_and_a_sudden_change_is_not() -> None:
+    scale = IntensityScale(255)
     with pytest.raises(ObservationError, match="smaller scale"):
-        declared_strength(dull, 255)
+        declared_strength(np.rint(cloud(70)), 255)
     scale.strength(cloud(255))
-    assert np.array_equal(scale.strength(dull), dull)
+    for factor in (100, 70):
+        with pytest.raises(ObservationError, match="scale has changed"):
+            scale.strength(np.rint(cloud(factor)))
+    for factor in (200, 150, 100, 75):
+        dull = np.rint(cloud(factor))
+        assert np.array_equal(scale.strength(dull), dull)
+    assert scale.strength(cloud(255)).max() > 200
