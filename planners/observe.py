@@ -75,8 +75,11 @@ class Observer:
             behind=contract.observation.drawn_from_behind,
         )
         self._drawn = DrawnTrajectories(drawing)
-        self._frame = SensorFrame("camera", calibration.camera_frame)
-        self._clouds = LidarClouds(calibration.lidar_frame, contract.observation.points.rings)
+        frames = calibration.camera_frame, calibration.lidar_frame
+        trained = contract.robot.camera_frame, contract.robot.lidar_frame
+        camera, lidar = (here or there for here, there in zip(frames, trained, strict=True))
+        self._frame = SensorFrame("camera", camera)
+        self._clouds = LidarClouds(lidar, contract.observation.points.rings)
 
     @property
     def camera(self) -> Intrinsics:

@@ -21,7 +21,8 @@ class Situation:
     now. ``goal``: x, y in metres, odometry frame. ``picture`` and ``cloud``: the latest, as the
     sensors gave them; None where there is none. ``motions``: odometry, oldest first, at least as
     long as the model's velocity history, with stamps. ``odometry_ns``: stamp of pose and velocity;
-    None where they are those of the latest motion.
+    None where they are those of the latest motion. Where they come from elsewhere, as from a
+    localisation, it is needed: nothing else would tell that this has stopped.
     """
 
     now_ns: int

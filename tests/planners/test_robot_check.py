@@ -17,6 +17,7 @@ from planners.calibration import Calibration, calibration_of
 from planners.graspe_planner import GraspePlanner
 from planners.robot_check import MatchSettings, check_robot
 from planners.scorer import Scorer
+from tests.planners.conftest import Situations
 from tests.planners.tiny_bundle import tiny_contract
 
 
@@ -177,3 +178,13 @@ def test_a_planner_begins_with_its_robot(
     scorer = Scorer(bundle, calibration)
     with pytest.raises(PlannerError, match="robot spot does not match the bundle tiny"):
         GraspePlanner(robot.model_copy(update=changes), scorer)
+
+
+def test_a_frame_that_only_the_bundle_knows_is_the_expected_one(
+    bundle: Bundle, calibration: Calibration, situation: Situations
+) -> None:
+    told = bundle.contract.robot.model_copy(update={"lidar_frame": "velodyne"})
+    contract = bundle.contract.model_copy(update={"robot": told})
+    scorer = Scorer(replace(bundle, contract=contract), calibration)
+    with pytest.raises(PlannerError, match="in the frame 'lidar', expected 'velodyne'"):
+        scorer.scene(situation())
