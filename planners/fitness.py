@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from numbers import Real
 from typing import Annotated
 
 import numpy as np
@@ -20,6 +19,8 @@ Age = Annotated[float, Field(gt=0)]
 
 FASTEST, FARTHEST = 100.0, 1e8
 """m/s and rad/s, and metres from a frame's origin, beyond which a number is damage."""
+
+_NUMBER = (int, float, np.integer)
 
 
 class GuardSettings(Settings):
@@ -107,7 +108,7 @@ def _odometry(situation: Situation, settings: GuardSettings) -> str:
 def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> str:
     if picture is None:
         return "there is no picture"
-    rgb = picture.rgb
+    rgb: object = picture.rgb
     if not isinstance(rgb, np.ndarray):
         return f"the picture is {_named(rgb)}, expected uint8 (H, W, 3)"
     if rgb.dtype != np.uint8 or (rgb.ndim, rgb.shape[-1:]) != (3, (3,)):
@@ -126,10 +127,10 @@ def _cloud(cloud: PointCloud | None, now_ns: int, settings: GuardSettings) -> st
     return fault
 
 
-def _late(name: str, stamp_ns: int, now_ns: int, oldest_s: float, ahead_s: float) -> str:
-    if not (isinstance(stamp_ns, Real) and isinstance(now_ns, Real)):
+def _late(name: str, stamp_ns: object, now_ns: object, oldest_s: float, ahead_s: float) -> str:
+    if not (isinstance(stamp_ns, _NUMBER) and isinstance(now_ns, _NUMBER)):
         return f"the {name} has the stamp {stamp_ns!r} at {now_ns!r}, expected nanoseconds"
-    age = (now_ns - stamp_ns) / 1e9
+    age = float(now_ns - stamp_ns) / 1e9
     if -ahead_s <= age <= oldest_s:
         return ""
     if age < 0:
