@@ -107,6 +107,8 @@ class RobotContract(Settings):
             ``picture_size``; None where the recordings differ or do not tell.
         base_from_camera: Carries points of the optical frame into base_link; None likewise.
         base_from_lidar: Carries points of the lidar into base_link; None likewise.
+        camera_frame: That pictures name; None where the robot's manifest leaves it open.
+        lidar_frame: That clouds name; None likewise.
         base_height: Height of base_link above the ground, metres.
         footprint: Its width is that of the drawn trajectory.
         limits: Velocities and accelerations.
@@ -117,6 +119,8 @@ class RobotContract(Settings):
     camera: Intrinsics | None = None
     base_from_camera: SensorPose | None = None
     base_from_lidar: SensorPose | None = None
+    camera_frame: str | None = None
+    lidar_frame: str | None = None
     base_height: float
     footprint: Footprint
     limits: Limits

@@ -13,6 +13,8 @@ from graspe_data.errors import PlannerError
 from planners.bundle_files import read_bundle_files
 from planners.graph import Arrays, Graph
 
+MOST_THREADS = 256
+
 
 @dataclass(frozen=True)
 class Bundle:
@@ -78,8 +80,10 @@ def load_bundle(path: Path | str, threads: int = 2) -> Bundle:
     Raises:
         PlannerError: Names the file that is missing, damaged or not as the contract says.
     """
-    if threads < 1:
-        raise PlannerError(f"threads is {threads}, and must be at least 1.")
+    if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
+        raise PlannerError(
+            f"threads is {threads!r}, and must be a whole number from 1 to {MOST_THREADS}."
+        )
     path = Path(path)
     contract, graphs = read_bundle_files(path)
     encode = Graph(

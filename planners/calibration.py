@@ -14,12 +14,16 @@ class Calibration:
     """A robot's sensors, resolved.
 
     ``intrinsics``: of the pictures as the camera gives them. ``base_from_camera`` carries points of
-    the optical frame, ``base_from_lidar`` those of the lidar, into base_link.
+    the optical frame, ``base_from_lidar`` those of the lidar, into base_link. ``camera_frame`` and
+    ``lidar_frame`` are the frames that pictures and clouds name; None takes those of the first
+    ones that may be a sensor's, see ``SensorFrame``.
     """
 
     intrinsics: Intrinsics
     base_from_camera: Transform
     base_from_lidar: Transform
+    camera_frame: str | None = None
+    lidar_frame: str | None = None
 
 
 def calibration_of(robot: Robot) -> Calibration:
@@ -35,7 +39,8 @@ def calibration_of(robot: Robot) -> Calibration:
         raise PlannerError(_left_open(robot, "camera.mounting", camera.mounting))
     if not isinstance(lidar.mounting, Mounting):
         raise PlannerError(_left_open(robot, "lidar.mounting", lidar.mounting))
-    return Calibration(camera.intrinsics, camera.mounting.transform, lidar.mounting.transform)
+    mountings = camera.mounting.transform, lidar.mounting.transform
+    return Calibration(camera.intrinsics, *mountings, camera.frame, lidar.frame)
 
 
 def _left_open(robot: Robot, key: str, found: str) -> str:

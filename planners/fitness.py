@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated
 
@@ -9,63 +10,107 @@ import numpy as np
 from pydantic import Field
 
 from graspe_data.manifest import Settings
-from graspe_data.sensor_data import Picture, PointCloud
+from graspe_data.sensor_data import Motion, Picture, PointCloud
+from planners.lidar_clouds import LONGEST_RANGE, misshapen, returns
+from planners.progress import GoalSettings
 from planners.situation import Situation
 
 Age = Annotated[float, Field(gt=0)]
 
 FASTEST, FARTHEST = 100.0, 1e8
 """m/s and rad/s, and metres from a frame's origin, beyond which a number is damage."""
-LONGEST_RANGE = 1000.0
-"""Metres; a return from farther away is damage."""
+
+_NUMBER = (int, float, np.integer)
 
 
 class GuardSettings(Settings):
-    """What a situation needs so that a planner is asked."""
+    """What a situation needs so that a planner is asked, and how long it may take to answer."""
 
     picture_age_s: Age = 0.5
     """Oldest picture that is driven by."""
     cloud_age_s: Age = 0.5
     """Oldest cloud that is driven by."""
+    odometry_age_s: Age = 0.3
+    """Oldest pose and velocity that are driven by."""
     ahead_s: Annotated[float, Field(ge=0)] = 0.05
     """How far a stamp may lie in the future; more means that the clocks differ."""
     needs_picture: bool = True
     """False for planners that drive by the lidar alone."""
     period_s: Age = 0.1
     """Until the next command: a stop brakes as hard as the robot can in this time."""
+    answer_s: Age = 0.5
+    """How long the planner's answer is waited for."""
+    goal: GoalSettings = GoalSettings()
+    """When the robot has arrived, and when it is given up."""
 
 
 def unfit(situation: Situation, settings: GuardSettings) -> str:
     """Why a situation cannot be planned in; empty where it can."""
-    faults = [_numbers(situation), _motions(situation)]
-    if settings.needs_picture:
-        faults += [_picture(situation.picture, situation.now_ns, settings)]
-    faults += [_cloud(situation.cloud, situation.now_ns, settings)]
+    faults = [_kinds(situation)]
+    if not faults[0]:
+        faults += [_numbers(situation), _motions(situation.motions)]
+        if settings.needs_picture:
+            faults += [_picture(situation.picture, situation.now_ns, settings)]
+        faults += [_cloud(situation.cloud, situation.now_ns, settings)]
+        faults += [_odometry(situation, settings)]
     return next(filter(None, faults), "")
 
 
+def _kinds(situation: Situation) -> str:
+    """Whether all that a situation holds is of its kind."""
+    held = {
+        "situation": (situation, Situation),
+        "picture": (getattr(situation, "picture", None), Picture | None),
+        "cloud": (getattr(situation, "cloud", None), PointCloud | None),
+        "odometry": (getattr(situation, "motions", ()), Sequence),
+    }
+    for name, (value, kind) in held.items():
+        if not isinstance(value, kind):
+            return f"the {name} is {_named(value)}"
+    strange = [each for each in situation.motions if not isinstance(each, Motion)]
+    return f"the odometry has {_named(strange[0])} in it" if strange else ""
+
+
+def _named(value: object) -> str:
+    return "None" if value is None else f"a {type(value).__name__}"
+
+
 def _numbers(situation: Situation) -> str:
-    bounds = {"velocity": FASTEST, "pose": FARTHEST, "goal": FARTHEST}
-    for name, most in bounds.items():
+    bounds = {"velocity": (FASTEST, 2), "pose": (FARTHEST, 3), "goal": (FARTHEST, 2)}
+    for name, (most, length) in bounds.items():
         values = getattr(situation, name)
-        numbers = np.asarray(values, np.float64)
+        try:
+            numbers = np.asarray(values, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            return f"the {name} is no numbers: {values!r}"
         if not np.isfinite(numbers).all():
             return f"the {name} is not finite: {values}"
+        if numbers.shape != (length,):
+            return f"the {name} has the shape {numbers.shape}, expected {length} numbers"
         if (np.abs(numbers) > most).any():
             return f"the {name} is beyond {most:g}: {values}"
     return ""
 
 
-def _motions(situation: Situation) -> str:
-    stamps = [motion.stamp_ns for motion in situation.motions if motion.stamp_ns is not None]
+def _motions(motions: Sequence[Motion]) -> str:
+    stamps = [motion.stamp_ns for motion in motions if motion.stamp_ns is not None]
     back = max((first - second for first, second in pairwise(stamps)), default=0)
     return f"the odometry's stamps go back by {back / 1e9:.2f} s" if back > 0 else ""
+
+
+def _odometry(situation: Situation, settings: GuardSettings) -> str:
+    stamp_ns, now_ns = situation.known_ns, situation.now_ns
+    if stamp_ns is None:
+        return "there is no odometry: nothing tells how old pose and velocity are"
+    return _late("odometry", stamp_ns, now_ns, settings.odometry_age_s, settings.ahead_s)
 
 
 def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> str:
     if picture is None:
         return "there is no picture"
-    rgb = picture.rgb
+    rgb: object = picture.rgb
+    if not isinstance(rgb, np.ndarray):
+        return f"the picture is {_named(rgb)}, expected uint8 (H, W, 3)"
     if rgb.dtype != np.uint8 or (rgb.ndim, rgb.shape[-1:]) != (3, (3,)):
         return f"the picture is {rgb.dtype} {rgb.shape}, expected uint8 (H, W, 3)"
     return _late("picture", picture.stamp_ns, now_ns, settings.picture_age_s, settings.ahead_s)
@@ -74,24 +119,18 @@ def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> s
 def _cloud(cloud: PointCloud | None, now_ns: int, settings: GuardSettings) -> str:
     if cloud is None:
         return "there is no cloud"
-    xyz = cloud.xyz
-    floating = np.issubdtype(xyz.dtype, np.floating)
-    if not floating or (xyz.ndim, xyz.shape[-1:]) != (2, (3,)):
-        return f"the cloud is {xyz.dtype} {xyz.shape}, expected float32 (N, 3) in metres"
-    late = _late("cloud", cloud.stamp_ns, now_ns, settings.cloud_age_s, settings.ahead_s)
-    return late or _unseeing(cloud)
+    fault = misshapen(cloud)
+    fault = fault or _late("cloud", cloud.stamp_ns, now_ns, settings.cloud_age_s, settings.ahead_s)
+    # A lidar that works sees the ground at least.
+    if not fault and not returns(cloud.xyz).any():
+        return f"the cloud has no return within {LONGEST_RANGE:g} m: no lidar sees"
+    return fault
 
 
-def _unseeing(cloud: PointCloud) -> str:
-    """A lidar that works sees the ground at least."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        square = np.einsum("ij,ij->i", cloud.xyz, cloud.xyz)
-        returns = np.count_nonzero((square > 0) & (square <= LONGEST_RANGE**2))
-    return "" if returns else f"the cloud has no return within {LONGEST_RANGE:g} m: no lidar sees"
-
-
-def _late(name: str, stamp_ns: int, now_ns: int, oldest_s: float, ahead_s: float) -> str:
-    age = (now_ns - stamp_ns) / 1e9
+def _late(name: str, stamp_ns: object, now_ns: object, oldest_s: float, ahead_s: float) -> str:
+    if not (isinstance(stamp_ns, _NUMBER) and isinstance(now_ns, _NUMBER)):
+        return f"the {name} has the stamp {stamp_ns!r} at {now_ns!r}, expected nanoseconds"
+    age = float(now_ns - stamp_ns) / 1e9
     if -ahead_s <= age <= oldest_s:
         return ""
     if age < 0:

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.geometry import Transform
-from graspe_data.observation.intensity_map.strength import declared_strength
+from graspe_data.observation.intensity_map.strength import IntensityScale
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
 from planners.cells_at import cells_at
-from planners.cloud_in_base import cloud_of
 from planners.cost_map import CostMap
 from planners.glass_peaks import PeakSettings, glass_peaks
+from planners.lidar_clouds import LidarClouds
 from planners.occupancy_source import OccupancySettings, OccupancySource, inflated_occupancy
 from planners.pose_at import pose_at
 from planners.situation import Situation
@@ -46,6 +46,8 @@ class GlassSlamSource:
         self._robot, self._mounting = robot, base_from_lidar
         self._settings = settings or GlassSlamSettings()
         self._occupancy = OccupancySource(robot, base_from_lidar, self._settings)
+        self._clouds = LidarClouds.of(robot)
+        self._scale = IntensityScale(robot.lidar.intensity_maximum)
         self._glass: set[tuple[int, int]] = set()
         self._last: CostMap | None = None
 
@@ -55,12 +57,13 @@ class GlassSlamSource:
         Raises:
             PlannerError: There is no cloud, or its intensity cannot be used.
         """
-        stamp_ns = cloud_of(situation).stamp_ns
+        cloud = self._clouds.cloud(situation)
+        stamp_ns = cloud.stamp_ns
         if self._last is None or self._last.stamp_ns != stamp_ns:
             if self._last is not None and stamp_ns < self._last.stamp_ns:
                 self._glass.clear()
             pose = pose_at(situation, stamp_ns)
-            self._remember(cloud_of(situation), pose)
+            self._remember(cloud, pose)
             occupied = self._with_glass(self._occupancy.occupied(situation), pose)
             self._last = inflated_occupancy(occupied, pose, stamp_ns, self._settings)
         return self._last
@@ -75,7 +78,7 @@ class GlassSlamSource:
     def _peaks(self, cloud: PointCloud) -> Points:
         lidar = self._robot.lidar
         try:
-            strength = declared_strength(cloud.intensity, lidar.intensity_maximum)
+            strength = self._scale.strength(cloud.intensity)
         except ObservationError as error:
             raise PlannerError(f"no map: {error}") from error
         least = np.einsum("ij,ij->i", cloud.xyz, cloud.xyz) >= lidar.minimum_range**2

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import onnxruntime
@@ -16,6 +17,10 @@ from graspe_data.errors import PlannerError
 
 Arrays = Mapping[str, NDArray[np.generic]]
 
+_ANOTHER_PROCESS = (
+    "the bundle was loaded in another process, and answers only there: call load_bundle in the "
+    "process that asks it, after the fork."
+)
 _ERRORS_ONLY = 3
 _PROVIDERS = ["CPUExecutionProvider"]
 _WEIGHTS_FOLDER = "session.model_external_initializers_file_folder_path"
@@ -32,7 +37,8 @@ class Graph:
     """Runs one graph; what goes in and comes out is what the contract says.
 
     It has a thread of its own: a session that takes subnormal numbers for 0 makes its thread do so
-    in all that it computes from then on, and that would be the caller's.
+    in all that it computes from then on, and that would be the caller's. It answers in the process
+    that made it: neither its thread nor those of onnxruntime go along with a fork.
     """
 
     def __init__(
@@ -57,6 +63,7 @@ class Graph:
                 of the contract.
         """
         self._where, self._inputs, self._outputs = where, tuple(inputs), tuple(outputs)
+        self._pid = os.getpid()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="onnxruntime")
         self._session = self._thread.submit(_session, where, content, threads).result()
         found = {
@@ -74,8 +81,11 @@ class Graph:
 
         Raises:
             PlannerError: An input is missing or has another dtype or shape than the contract's,
-                the graph fails, or it does not give what the contract says.
+                the graph fails, or it does not give what the contract says; or it was made in
+                another process.
         """
+        if self._pid != os.getpid():
+            raise PlannerError(f"{self._where}: {_ANOTHER_PROCESS}")
         feed = {tensor.name: self._checked(tensor, arrays) for tensor in self._inputs}
         names = [tensor.name for tensor in self._outputs]
         try:
@@ -84,6 +94,10 @@ class Graph:
             raise PlannerError(f"{self._where}: the graph fails: {error}") from error
         given = dict(zip(names, values, strict=True))
         return {tensor.name: self._checked(tensor, given) for tensor in self._outputs}
+
+    def __reduce__(self) -> NoReturn:
+        """Refuse to be sent elsewhere, which no session can."""
+        raise PlannerError(f"{self._where}: {_ANOTHER_PROCESS}")
 
     def _checked(self, tensor: Tensor, arrays: Arrays) -> NDArray[np.generic]:
         array = arrays.get(tensor.name)

@@ -17,6 +17,7 @@ from planners.camera_view import stays_in_view, view_bearings
 from planners.fox_objective import FoxWeights, fox_objective
 from planners.goal import goal_in_base, heading_error
 from planners.obstacles import scan_points
+from planners.robot_check import check_robot
 from planners.scorer import Scene, Scorer
 from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
@@ -53,7 +54,12 @@ class GraspePlanner:
     def __init__(
         self, robot: Robot, scorer: Scorer, settings: GraspeSettings | None = None
     ) -> None:
-        """Take the robot, and the scorer of a bundle that was checked against it."""
+        """Take the robot, and the scorer of a bundle that was made for it.
+
+        Raises:
+            PlannerError: The robot is not the bundle's; see ``check_robot``.
+        """
+        check_robot(scorer.contract, robot, scorer.calibration, scorer.match)
         self._scorer, self._limits = scorer, robot.limits
         self._settings = settings or GraspeSettings()
         decision = scorer.contract.decision

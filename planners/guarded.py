@@ -1,4 +1,4 @@
-"""A planner that never raises and never drives on bad input."""
+"""A planner that never raises, always answers in time, and never drives on bad input."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import Any
 
 from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
-from planners.fitness import GuardSettings, unfit
+from planners.deadline import Deadline
+from planners.fitness import FASTEST, GuardSettings, unfit
+from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"
@@ -17,9 +19,10 @@ _TOLERANCE = 1e-6
 
 
 class Guarded:
-    """Asks another planner, and stops where that has no sense or does not work.
+    """Asks another planner, and stops where that has no sense, does not work or takes too long.
 
-    Every stop of its own has a reason, which is logged as a warning to the logger ``planners``.
+    It also stops at the goal, and where the robot gets no nearer to it. Every stop of its own has a
+    reason, which is logged to the logger ``planners``: as a warning, but for an arrival.
     """
 
     def __init__(
@@ -29,22 +32,31 @@ class Guarded:
         self._planner, self._limits = planner, limits
         self._settings = settings or GuardSettings()
         self._latest_ns: int | None = None
+        self._answers = Deadline[Command](self._settings.answer_s)
+        self._watch = GoalWatch(self._settings.goal)
+        self._braking: tuple[float, float] | None = None
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            reason = self._went_back(situation.now_ns) or unfit(situation, self._settings)
+            reason = unfit(situation, self._settings) or self._went_back(situation.now_ns)
             if reason:
                 return self._stop(situation, reason)
-            command = self._planner.command(situation)
+            standing = self._watch.standing(situation)
+            if standing:
+                return self._stop(situation, standing.reason, arrived=standing.arrived)
+            command = self._answers.ask(lambda: self._planner.command(situation))
             reason = self._beyond(command)
         except GraspeError as error:
             return self._stop(situation, str(error))
         except Exception as error:  # noqa: BLE001 - whatever it is, the robot must not drive on
             self._log.exception("the planner failed")
             return self._stop(situation, f"{type(error).__name__}: {error}")
-        return self._stop(situation, reason, command.considered) if reason else command
+        if reason:
+            return self._stop(situation, reason, command.considered)
+        self._braking = None
+        return command
 
     def _went_back(self, now_ns: int) -> str:
         """Whether the robot's clock was set back since the last situation."""
@@ -66,33 +78,47 @@ class Guarded:
         return ""
 
     def _stop(
-        self, situation: Situation, reason: str, considered: Considered | None = None
+        self,
+        situation: Situation,
+        reason: str,
+        considered: Considered | None = None,
+        *,
+        arrived: bool = False,
     ) -> Command:
-        """The slowest velocity that the robot can have reached by the next command."""
-        self._log.warning("stop: %s", reason)
+        """The slowest velocity that the robot can have reached by the next command.
+
+        A stop that goes on brakes on from its own last command: the velocity that the situation
+        states may be the one that is wrong, or that of a second ago.
+        """
+        self._log.log(logging.INFO if arrived else logging.WARNING, "stop: %s", reason)
         limits, period = self._limits, self._settings.period_s
         v, omega = _numbers(getattr(situation, "velocity", None))
-        slower = _toward_zero(v, limits.linear_acceleration * period)
-        straighter = _toward_zero(omega, limits.yaw_acceleration * period)
-        return Command(
-            _clipped(slower, limits.linear_velocity),
-            _clipped(straighter, limits.yaw_rate),
-            f"stop: {reason}",
-            considered,
-        )
+        v, omega = _clipped(v, limits.linear_velocity), _clipped(omega, limits.yaw_rate)
+        if self._braking is not None:
+            v, omega = _slower(v, self._braking[0]), _slower(omega, self._braking[1])
+        v = _toward_zero(v, limits.linear_acceleration * period)
+        omega = _toward_zero(omega, limits.yaw_acceleration * period)
+        self._braking = v, omega
+        return Command(v, omega, f"stop: {reason}", considered, arrived)
 
 
 def _numbers(velocity: Any) -> tuple[float, float]:
-    """A velocity, and standing still for what is none."""
+    """A velocity, and standing still for what is none, or damage."""
     try:
         v, omega = (float(value) for value in velocity)
     except (TypeError, ValueError, OverflowError):
         return 0.0, 0.0
-    return (v, omega) if math.isfinite(v) and math.isfinite(omega) else (0.0, 0.0)
+    # NaN is not within.
+    return (v, omega) if abs(v) <= FASTEST and abs(omega) <= FASTEST else (0.0, 0.0)
 
 
 def _toward_zero(value: float, reach: float) -> float:
     return math.copysign(max(abs(value) - reach, 0.0), value)
+
+
+def _slower(value: float, other: float) -> float:
+    """The one nearer to 0; 0 where they have opposite signs."""
+    return min(value, other, key=abs) if value * other > 0 else 0.0
 
 
 def _clipped(value: float, bounds: tuple[float, float]) -> float:

@@ -12,6 +12,7 @@ from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import (
     GlassMemory,
+    IntensityScale,
     LayerSettings,
     Moment,
     PlanningMap,
@@ -22,9 +23,9 @@ from graspe_data.observation.intensity_map import (
 )
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
-from planners.cloud_in_base import cloud_of
 from planners.cost_map import CostMap
 from planners.goal import goal_seen_from
+from planners.lidar_clouds import LidarClouds
 from planners.pose_at import pose_at
 from planners.situation import Situation
 
@@ -58,6 +59,8 @@ class IntensitySource:
         """Take the lidar's scale and mounting."""
         self._returns, self._mounting = ReturnSettings.of(robot), base_from_lidar
         self._settings = settings or IntensityMapSettings()
+        self._clouds = LidarClouds.of(robot)
+        self._scale = IntensityScale(robot.lidar.intensity_maximum)
         self._memory: GlassMemory | None = None
         self._last: CostMap | None = None
 
@@ -67,7 +70,7 @@ class IntensitySource:
         Raises:
             PlannerError: There is no cloud, or its intensity cannot be used.
         """
-        cloud = cloud_of(situation)
+        cloud = self._clouds.cloud(situation)
         if self._last is None or self._last.stamp_ns != cloud.stamp_ns:
             try:
                 self._last = self._made(situation, cloud)
@@ -78,7 +81,9 @@ class IntensitySource:
     def _made(self, situation: Situation, cloud: PointCloud) -> CostMap:
         settings, pose = self._settings, pose_at(situation, cloud.stamp_ns)
         x, y = goal_seen_from(pose, situation.goal).tolist()
-        layers = intensity_layers(cloud, self._mounting, self._returns, settings.layers)
+        layers = intensity_layers(
+            cloud, self._mounting, self._returns, settings.layers, self._scale
+        )
         eye, cell = self._mounting.translation[:2].tolist(), settings.layers.grid.cell_m
         moment = Moment(cloud.stamp_ns, pose, (x, y), (eye[0], eye[1]))
         planned = planning_map(layers, moment, self._memory, cell, settings.planning)

@@ -20,7 +20,9 @@ from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import Picture, PointCloud
 from planners.calibration import Calibration
 from planners.drawn_trajectories import DrawnTrajectories
+from planners.lidar_clouds import LidarClouds
 from planners.motion_history import motion_history
+from planners.sensor_frame import SensorFrame
 from planners.situation import Situation
 
 
@@ -73,6 +75,11 @@ class Observer:
             behind=contract.observation.drawn_from_behind,
         )
         self._drawn = DrawnTrajectories(drawing)
+        frames = calibration.camera_frame, calibration.lidar_frame
+        trained = contract.robot.camera_frame, contract.robot.lidar_frame
+        camera, lidar = (here or there for here, there in zip(frames, trained, strict=True))
+        self._frame = SensorFrame("camera", camera)
+        self._clouds = LidarClouds(lidar, contract.observation.points.rings)
 
     @property
     def camera(self) -> Intrinsics:
@@ -83,17 +90,19 @@ class Observer:
         """The observation at the moment of the latest picture, as a row of the dataset has it.
 
         Raises:
-            PlannerError: There is no picture or no cloud, or the motions do not cover the history.
+            PlannerError: There is no picture or no cloud, or it is not the calibrated sensor's; or
+                the motions do not cover the history.
             ObservationError: The picture is not of the calibrated size, or the cloud's rings are
                 damaged.
         """
-        picture, cloud = situation.picture, situation.cloud
-        if picture is None or cloud is None:
+        picture = situation.picture
+        if picture is None or situation.cloud is None:
             missing = "picture" if picture is None else "cloud"
             raise PlannerError(f"no {missing}: the model needs the latest one.")
         history = self.history(situation)
+        self._frame.check(picture.frame, situation.motions)
         image, r_img = self._see(picture)
-        columns, r_point = self._feel(cloud)
+        columns, r_point = self._feel(self._clouds.cloud(situation))
         columns |= {"image": image, "velocity_history": history}
         columns |= {"r_img": np.array(r_img, np.float32), "r_point": np.array(r_point, np.float32)}
         return Observation({name: value[None] for name, value in columns.items()}, r_img, r_point)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from graspe_data.geometry import Transform
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
-from planners.cloud_in_base import cloud_of, points_in_base
+from planners.lidar_clouds import LidarClouds
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.situation import Situation
 
@@ -23,7 +23,7 @@ class ObstacleSource(Protocol):
         """Obstacles float64 (N, 2), metres, base_link.
 
         Raises:
-            PlannerError: There is no cloud to find them in.
+            PlannerError: There is no cloud to find them in; see ``LidarClouds``.
         """
         ...
 
@@ -50,6 +50,7 @@ class ScanObstacles:
         base_height: float,
         minimum_range: float = 0.0,
         settings: LaserScanSettings | None = None,
+        clouds: LidarClouds | None = None,
     ) -> None:
         """Take the lidar's mounting.
 
@@ -58,14 +59,15 @@ class ScanObstacles:
             base_height: Height of base_link above the ground, metres.
             minimum_range: Returns nearer to the lidar hit the robot itself, metres.
             settings: The band and the rays; None for the dataset's own.
+            clouds: Which clouds are the lidar's; None takes the first one's frame for its own.
         """
         self._mounting, self._base_height = base_from_lidar, base_height
-        self._minimum_range = minimum_range
+        self._minimum_range, self._clouds = minimum_range, clouds or LidarClouds()
         self._settings = settings or LaserScanSettings()
 
     def points(self, situation: Situation) -> Floats:
         """See ``ObstacleSource``."""
-        xyz = points_in_base(cloud_of(situation), self._mounting, self._minimum_range)
+        xyz = self._clouds.in_base(situation, self._mounting, self._minimum_range)
         scan = laser_scan(xyz, self._base_height, self._settings)
         return scan_points(scan, self._settings.half_angle)
 
@@ -79,13 +81,14 @@ class MapObstacles:
         base_height: float,
         minimum_range: float = 0.0,
         settings: OccupancyMapSettings | None = None,
+        clouds: LidarClouds | None = None,
     ) -> None:
         """Take the lidar's mounting; as ``ScanObstacles``, with the settings of the map."""
         self._mounting, self._base_height = base_from_lidar, base_height
-        self._minimum_range = minimum_range
+        self._minimum_range, self._clouds = minimum_range, clouds or LidarClouds()
         self._settings = settings or OccupancyMapSettings()
 
     def points(self, situation: Situation) -> Floats:
         """See ``ObstacleSource``."""
-        xyz = points_in_base(cloud_of(situation), self._mounting, self._minimum_range)
+        xyz = self._clouds.in_base(situation, self._mounting, self._minimum_range)
         return occupancy_map(xyz, self._base_height, self._settings).points()

@@ -12,8 +12,8 @@ from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import InflationSettings, inflate, inflation_kernel
 from graspe_data.robot import Robot
-from planners.cloud_in_base import cloud_of, points_in_base
 from planners.cost_map import CostMap
+from planners.lidar_clouds import LidarClouds
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.pose_at import pose_at
 from planners.situation import Situation
@@ -40,11 +40,11 @@ class OccupancySource:
     ) -> None:
         """Take the lidar's mounting."""
         self._robot, self._mounting = robot, base_from_lidar
-        self._settings = settings or OccupancySettings()
+        self._settings, self._clouds = settings or OccupancySettings(), LidarClouds.of(robot)
 
     def cost_map(self, situation: Situation) -> CostMap:
         """See ``MapSource``."""
-        stamp_ns = cloud_of(situation).stamp_ns
+        stamp_ns = self._clouds.cloud(situation).stamp_ns
         pose = pose_at(situation, stamp_ns)
         return inflated_occupancy(self.occupied(situation), pose, stamp_ns, self._settings)
 
@@ -52,10 +52,10 @@ class OccupancySource:
         """The occupied cells, bool (n, n), row 0 ahead and column 0 left, base_link.
 
         Raises:
-            PlannerError: There is no cloud.
+            PlannerError: There is no cloud; see ``LidarClouds``.
         """
         least = self._robot.lidar.minimum_range
-        xyz = points_in_base(cloud_of(situation), self._mounting, least)
+        xyz = self._clouds.in_base(situation, self._mounting, least)
         made = occupancy_map(xyz, self._robot.base_height, self._settings.occupancy)
         return made.occupied[::-1, ::-1]
 

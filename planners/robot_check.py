@@ -8,7 +8,7 @@ import numpy as np
 
 from graspe_data.bundle_contract import BundleContract, SensorPose
 from graspe_data.errors import PlannerError
-from graspe_data.geometry import Transform
+from graspe_data.geometry import Transform, plain_frame
 from graspe_data.manifest import Settings
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics, Robot
@@ -36,14 +36,14 @@ def check_robot(
     calibration: Calibration,
     settings: MatchSettings | None = None,
 ) -> None:
-    """Refuse a robot that is not the bundle's.
+    """Refuse a robot that is not the bundle's; a ``GraspePlanner`` begins with it.
 
     What the training data did not tell is not compared. A robot may be slower than the bundle's,
     not faster: of faster motions the model knows nothing. NaN matches nothing.
 
     Args:
         contract: Of the bundle.
-        robot: Its footprint, base height and limits.
+        robot: Its footprint, base height, lidar and limits.
         calibration: Its sensors.
         settings: Tolerances.
 
@@ -52,18 +52,54 @@ def check_robot(
     """
     tolerances = settings or MatchSettings()
     differences = [
-        *_camera(contract, calibration, tolerances),
-        *_mountings(contract, calibration, tolerances),
+        *_sensors(contract, calibration, tolerances),
+        *_lidar(contract, robot, tolerances),
         *_body(contract, robot, tolerances),
         *_faster(contract, robot, tolerances),
     ]
+    _refuse(differences, f"robot {robot.name}", contract)
+
+
+def check_sensors(
+    contract: BundleContract, calibration: Calibration, settings: MatchSettings | None = None
+) -> None:
+    """Refuse sensors that are not those of the bundle's robot; a ``Scorer`` begins with it.
+
+    Raises:
+        PlannerError: As ``check_robot``, of which this is a part.
+    """
+    differences = list(_sensors(contract, calibration, settings or MatchSettings()))
+    _refuse(differences, "the calibration", contract)
+
+
+def _refuse(differences: Sequence[str], who: str, contract: BundleContract) -> None:
     if differences:
         listed = "\n".join(f"  {difference}" for difference in differences)
         raise PlannerError(
-            f"robot {robot.name} does not match the bundle {contract.model}, trained for "
+            f"{who} does not match the bundle {contract.model}, trained for "
             f"{contract.robot.name}:\n{listed}\n"
             "Use a bundle that was trained for this robot, or correct the robot's manifest."
         )
+
+
+def _sensors(
+    contract: BundleContract, calibration: Calibration, tolerances: MatchSettings
+) -> Iterator[str]:
+    yield from _camera(contract, calibration, tolerances)
+    yield from _mountings(contract, calibration, tolerances)
+    for name in ("camera_frame", "lidar_frame"):
+        found, expected = getattr(calibration, name), getattr(contract.robot, name)
+        if None not in (found, expected) and plain_frame(found) != plain_frame(expected):
+            yield f"{name}: {found}, expected {expected}"
+
+
+def _lidar(contract: BundleContract, robot: Robot, tolerances: MatchSettings) -> Iterator[str]:
+    expected, found = contract.observation.points, robot.lidar
+    if None not in (expected.rings, found.rings) and found.rings != expected.rings:
+        yield f"lidar.rings: {found.rings}, expected {expected.rings}"
+    if not abs(found.minimum_range - expected.minimum_range) <= tolerances.metres:
+        least = expected.minimum_range
+        yield f"lidar.minimum_range: {found.minimum_range:g} m, expected {least:g} m"
 
 
 def _camera(

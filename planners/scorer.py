@@ -16,6 +16,7 @@ from planners.bundle import Bundle
 from planners.calibration import Calibration
 from planners.graph import Arrays
 from planners.observe import Observation, Observer
+from planners.robot_check import MatchSettings, check_sensors
 from planners.situation import Situation
 
 Floats = NDArray[np.float64]
@@ -55,14 +56,27 @@ class Scores:
 class Scorer:
     """Asks one bundle about one robot's candidates."""
 
-    def __init__(self, bundle: Bundle, calibration: Calibration, source: str = "") -> None:
-        """Take a loaded bundle and the robot's calibration; see ``check_robot``.
+    def __init__(
+        self,
+        bundle: Bundle,
+        calibration: Calibration,
+        source: str = "",
+        match: MatchSettings | None = None,
+    ) -> None:
+        """Take a loaded bundle and the calibration of the robot whose sensors it knows.
 
         Args:
             bundle: The model.
             calibration: Of the robot.
             source: See ``Observer``.
+            match: How far the robot may be from the bundle's.
+
+        Raises:
+            PlannerError: The sensors are not those of the bundle; see ``check_sensors``.
+            ObservationError: The camera's distortion is not understood.
         """
+        self.match = match or MatchSettings()
+        check_sensors(bundle.contract, calibration, self.match)
         self._bundle, self._calibration = bundle, calibration
         self._observer = Observer(bundle.contract, calibration, source)
         self._seen: _Seen | None = None
@@ -72,6 +86,11 @@ class Scorer:
     def contract(self) -> BundleContract:
         """The bundle's contract."""
         return self._bundle.contract
+
+    @property
+    def calibration(self) -> Calibration:
+        """Of the robot."""
+        return self._calibration
 
     @property
     def camera(self) -> Intrinsics:
@@ -106,10 +125,9 @@ class Scorer:
         All in one call of the graph. A model that does not look at candidates gives all the same.
 
         Raises:
-            PlannerError: A velocity is not finite, or there is none.
+            PlannerError: A velocity is not finite, there is none, or they have another shape.
         """
-        if len(velocities) == 0 or not np.isfinite(velocities).all():
-            raise PlannerError(f"velocities to score: {len(velocities)}, all must be finite.")
+        velocities = _pairs(velocities)
         success = self._bundle.score(scene.features, self._candidates(scene, velocities))
         return np.broadcast_to(success, (len(velocities), success.shape[1]))
 
@@ -128,6 +146,20 @@ class Scorer:
             images = self._observer.trajectory_images(velocities)
             arrays["trajectory_image"] = _as_taken(images, self._taken["trajectory_image"])
         return arrays
+
+
+def _pairs(velocities: Floats) -> Floats:
+    try:
+        pairs = np.asarray(velocities, np.float64)
+    except (TypeError, ValueError) as error:
+        raise PlannerError(f"velocities to score are no numbers: {error}.") from error
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) == 0:  # noqa: PLR2004
+        raise PlannerError(
+            f"velocities to score: {pairs.shape}, expected (K, 2), m/s and rad/s, one at least."
+        )
+    if not np.isfinite(pairs).all():
+        raise PlannerError(f"velocities to score: {len(pairs)}, all must be finite.")
+    return pairs
 
 
 def _as_taken(images: NDArray[np.bool_], tensor: Tensor) -> NDArray[np.generic]:

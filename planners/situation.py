@@ -20,7 +20,9 @@ class Situation:
     metres and yaw in rad, base_link in the odometry frame. ``velocity``: m/s and rad/s, as driven
     now. ``goal``: x, y in metres, odometry frame. ``picture`` and ``cloud``: the latest, as the
     sensors gave them; None where there is none. ``motions``: odometry, oldest first, at least as
-    long as the model's velocity history, with stamps.
+    long as the model's velocity history, with stamps. ``odometry_ns``: stamp of pose and velocity;
+    None where they are those of the latest motion. Where they come from elsewhere, as from a
+    localisation, it is needed: nothing else would tell that this has stopped.
     """
 
     now_ns: int
@@ -30,6 +32,15 @@ class Situation:
     picture: Picture | None
     cloud: PointCloud | None
     motions: Sequence[Motion]
+    odometry_ns: int | None = None
+
+    @property
+    def known_ns(self) -> int | None:
+        """The stamp of pose and velocity; None where nothing tells."""
+        if self.odometry_ns is not None:
+            return self.odometry_ns
+        stamps = [motion.stamp_ns for motion in self.motions if motion.stamp_ns is not None]
+        return max(stamps, default=None)
 
 
 @dataclass(frozen=True)
@@ -51,13 +62,15 @@ class Considered:
 class Command:
     """A velocity to drive: m/s and rad/s in base_link.
 
-    ``reason`` is empty for a planned command; else it says why this is a safe one.
+    ``reason`` is empty for a planned command; else it says why this is a safe one. ``arrived``: the
+    robot stands because it is at its goal.
     """
 
     linear_velocity: float
     yaw_rate: float
     reason: str = ""
     considered: Considered | None = None
+    arrived: bool = False
 
 
 class Planner(Protocol):

@@ -131,6 +131,8 @@ def _robot(index: DatasetIndex, robot: Robot) -> RobotContract:
             known[name] = values[0] if name == "camera" else _pose(*values[0])
     return RobotContract(
         name=robot.name,
+        camera_frame=robot.camera.frame,
+        lidar_frame=robot.lidar.frame,
         base_height=robot.base_height,
         footprint=robot.footprint,
         limits=robot.limits,

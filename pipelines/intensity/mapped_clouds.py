@@ -16,6 +16,7 @@ from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import (
     GlassMemory,
+    IntensityScale,
     Moment,
     PlanningMap,
     PlanningMapSettings,
@@ -86,6 +87,7 @@ class CloudMapper:
         stamps = synchronised.points_ns
         self._odometry = sample_odometry(synchronised.odometry, stamps, gap_s)
         self._memory: GlassMemory | None = None
+        self._scale = IntensityScale(recipe.intensity_returns.intensity_maximum)
 
     def __len__(self) -> int:
         """How many clouds are asked for."""
@@ -124,7 +126,8 @@ class CloudMapper:
         placed = self._synchronised.placement.place_cloud(cloud, moment.stamp_ns)
         cloud, mounting = placed.cloud, placed.base_from_lidar
         begin = time.perf_counter()
-        layers = intensity_layers(cloud, mounting, recipe.intensity_returns, settings)
+        returns = recipe.intensity_returns
+        layers = intensity_layers(cloud, mounting, returns, settings, self._scale)
         wanted, cell = self._request.planning, settings.grid.cell_m
         eye = mounting.translation
         moment = replace(moment, eye=(float(eye[0]), float(eye[1])))

@@ -27,8 +27,9 @@ from planners.dwa_map import DwaMap
 from planners.fitness import GuardSettings
 from planners.graspe_planner import GraspePlanner
 from planners.guarded import Guarded
+from planners.lidar_clouds import LidarClouds
 from planners.obstacles import ScanObstacles
-from planners.robot_check import check_robot
+from planners.progress import GoalSettings
 from planners.scorer import Scorer
 from planners.situation import Planner
 
@@ -41,6 +42,11 @@ VERSION: Final = 5
 """Of trials; raised when the same settings drive otherwise."""
 OLDEST_S = 0.5
 """A planner stops for older sensor data, unless the sensors are slower than that."""
+ODOMETRY_S = 0.3
+"""And for older odometry."""
+THINKING_S = 60.0
+"""The simulation waits while a planner thinks: only one that hangs is not waited for. Nor does a
+planner give up before the referee does."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 
@@ -142,11 +148,12 @@ def make_planner(
         PlannerError: The bundle is damaged, or was made for another robot.
     """
     robot, camera, lidar = field.robot, field.camera, field.lidar
-    calibration = Calibration(camera.intrinsics, camera.base_from_camera, lidar.base_from_lidar)
+    mountings = camera.base_from_camera, lidar.base_from_lidar
+    frames = robot.camera.frame, robot.lidar.frame
+    calibration = Calibration(camera.intrinsics, *mountings, *frames)
     guard = _guard(method, field, config.trial)
     if method.bundle is not None:
         bundle = load_bundle(method.bundle, threads)
-        check_robot(bundle.contract, robot, calibration)
         scorer = (
             TruthfulScorer(bundle, calibration, witness) if witness else Scorer(bundle, calibration)
         )
@@ -155,7 +162,10 @@ def make_planner(
         source = watch or map_source(method.name, field, config.maps)
         return Guarded(DwaMap(robot, source, config.maps.drive), robot.limits, guard)
     obstacles = ScanObstacles(
-        calibration.base_from_lidar, robot.base_height, robot.lidar.minimum_range
+        calibration.base_from_lidar,
+        robot.base_height,
+        robot.lidar.minimum_range,
+        clouds=LidarClouds.of(robot),
     )
     if method.name == FOX:
         return Guarded(DwaFox(robot, obstacles, config.dwa_fox), robot.limits, guard)
@@ -168,8 +178,11 @@ def _guard(method: Method, field: Field, settings: TrialSettings) -> GuardSettin
     return GuardSettings(
         picture_age_s=max(OLDEST_S, 1.5 / camera.rate),
         cloud_age_s=max(OLDEST_S, 1.5 / lidar.rate + turn_s),
+        odometry_age_s=max(ODOMETRY_S, 1.5 / field.scenario.rates.odometry),
         needs_picture=method.senses.camera,
         period_s=settings.control_period_s,
+        answer_s=THINKING_S,
+        goal=GoalSettings(radius=settings.goal_radius, progress_s=2 * settings.time_limit_s),
     )
 
 

@@ -302,3 +302,9 @@ def test_an_output_that_is_no_probability(bundle: Bundle) -> None:
 def test_threads_have_to_be_some(bundle_path: Path) -> None:
     with pytest.raises(PlannerError, match="threads is 0"):
         load_bundle(bundle_path, threads=0)
+
+
+@pytest.mark.parametrize("threads", [None, 0, -1, 1.0, "2", True, 10**9])
+def test_threads_are_a_whole_number(bundle_path: Path, threads: Any) -> None:
+    with pytest.raises(PlannerError, match=r"threads is .*, and must be a whole number from 1"):
+        load_bundle(bundle_path, threads)

@@ -34,7 +34,7 @@ def column(x: float, y: float, strength: float, heights: tuple[float, ...]) -> P
 WALL = np.concatenate([column(2.02, y, 230, (-0.4, 0.0, 0.4)) for y in np.arange(-1, 1, 0.02)])
 GRASS = np.concatenate([column(2.02, y, 35, (-0.4, 0.0, 0.4)) for y in np.arange(-1, 1, 0.07)])
 GLINT = np.concatenate([column(2.02, y, 115, (0.0,)) for y in np.arange(-0.15, 0.15, 0.02)])
-FAR = column(4.5, 3.0, 200, (0.0,))
+FAR = column(4.5, 3.0, 200, (-0.3, -0.2, 0.0, 0.2, 0.3))
 
 
 def seen(

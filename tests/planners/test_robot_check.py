@@ -12,8 +12,12 @@ from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.robot import Footprint, Intrinsics, Limits, Mounting, Robot
+from planners.bundle import Bundle
 from planners.calibration import Calibration, calibration_of
-from planners.robot_check import check_robot
+from planners.graspe_planner import GraspePlanner
+from planners.robot_check import MatchSettings, check_robot
+from planners.scorer import Scorer
+from tests.planners.conftest import Situations
 from tests.planners.tiny_bundle import tiny_contract
 
 
@@ -115,3 +119,72 @@ def test_a_calibration_has_to_be_in_numbers(robot: Robot, calibration: Calibrati
     lidar = robot.lidar.model_copy(update={"mounting": mounting})
     found = calibration_of(seeing.model_copy(update={"lidar": lidar}))
     assert found.base_from_lidar.translation.tolist() == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("changes", "difference"),
+    [
+        ({"rings": 32}, "lidar.rings: 32, expected 16"),
+        ({"minimum_range": 0.0}, "lidar.minimum_range: 0 m, expected 0.45 m"),
+    ],
+)
+def test_another_lidar(
+    contract: BundleContract,
+    robot: Robot,
+    calibration: Calibration,
+    changes: dict[str, Any],
+    difference: str,
+) -> None:
+    other = robot.model_copy(update={"lidar": robot.lidar.model_copy(update=changes)})
+    with pytest.raises(PlannerError, match=difference):
+        check_robot(contract, other, calibration)
+
+
+def test_frames_are_compared_where_both_tell(
+    contract: BundleContract, robot: Robot, calibration: Calibration
+) -> None:
+    told = contract.robot.model_copy(update={"lidar_frame": "velodyne", "camera_frame": "optical"})
+    bundles = contract.model_copy(update={"robot": told})
+    check_robot(bundles, robot, calibration)
+    check_robot(bundles, robot, replace(calibration, lidar_frame="/velodyne"))
+    with pytest.raises(PlannerError, match="lidar_frame: ouster, expected velodyne"):
+        check_robot(bundles, robot, replace(calibration, lidar_frame="ouster"))
+
+
+@pytest.mark.parametrize("sensor", ["base_from_camera", "base_from_lidar", "intrinsics"])
+def test_a_scorer_begins_with_its_sensors(
+    bundle: Bundle, calibration: Calibration, sensor: str
+) -> None:
+    moved = Transform(np.eye(3), np.array([0.0, 0.0, 1.0]))
+    wide = Intrinsics(width=64, height=48, fx=20.0, fy=20.0, cx=31.5, cy=23.5)
+    changes: dict[str, Any] = {sensor: wide if sensor == "intrinsics" else moved}
+    other = replace(calibration, **changes)
+    with pytest.raises(PlannerError, match="the calibration does not match the bundle tiny"):
+        Scorer(bundle, other)
+    Scorer(bundle, other, match=MatchSettings(pixels=100, metres=10, radians=10))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"base_height": 0.7},
+        {"footprint": Footprint(length=0.8, width=0.5)},
+        {"limits": Limits(linear_velocity=(0, 1.6), yaw_rate=(-0.6, 0.6))},
+    ],
+)
+def test_a_planner_begins_with_its_robot(
+    bundle: Bundle, robot: Robot, calibration: Calibration, changes: dict[str, Any]
+) -> None:
+    scorer = Scorer(bundle, calibration)
+    with pytest.raises(PlannerError, match="robot spot does not match the bundle tiny"):
+        GraspePlanner(robot.model_copy(update=changes), scorer)
+
+
+def test_a_frame_that_only_the_bundle_knows_is_the_expected_one(
+    bundle: Bundle, calibration: Calibration, situation: Situations
+) -> None:
+    told = bundle.contract.robot.model_copy(update={"lidar_frame": "velodyne"})
+    contract = bundle.contract.model_copy(update={"robot": told})
+    scorer = Scorer(replace(bundle, contract=contract), calibration)
+    with pytest.raises(PlannerError, match="in the frame 'lidar', expected 'velodyne'"):
+        scorer.scene(situation())

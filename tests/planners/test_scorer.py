@@ -104,7 +104,20 @@ def test_a_picture_of_another_camera(
         Scorer(bundle, calibration).scene(replace(situation(), picture=other))
 
 
-@pytest.mark.parametrize("velocities", [np.empty((0, 2)), np.array([[0.5, np.nan]])])
+@pytest.mark.parametrize(
+    "velocities",
+    [
+        np.empty((0, 2)),
+        np.array([[0.5, np.nan]]),
+        np.array([0.5, 0.1]),
+        np.full((4, 3), 0.1),
+        np.full((2, 4), 0.1),
+        np.full((1, 2, 2), 0.1),
+        np.array(0.3),
+        np.array([["fast", "slow"]]),
+        None,
+    ],
+)
 def test_candidates_that_are_none(
     bundle: Bundle, calibration: Calibration, situation: Situations, velocities: np.ndarray
 ) -> None:

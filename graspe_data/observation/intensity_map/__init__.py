@@ -29,6 +29,7 @@ from graspe_data.observation.intensity_map.planning_map import (
     planning_map,
 )
 from graspe_data.observation.intensity_map.stored_layers import restore_layers, store_layers
+from graspe_data.observation.intensity_map.strength import IntensityScale
 
 __all__ = [
     "CellClasses",
@@ -37,6 +38,7 @@ __all__ = [
     "GlassSettings",
     "GridSettings",
     "InflationSettings",
+    "IntensityScale",
     "LayerSettings",
     "Moment",
     "PlanningMap",

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from graspe_data.errors import ObservationError
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map.grid import GridSettings, cells_of
-from graspe_data.observation.intensity_map.strength import declared_strength
+from graspe_data.observation.intensity_map.strength import IntensityScale
 from graspe_data.observation.move_points import move_points
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
@@ -79,6 +80,7 @@ def intensity_layers(
     base_from_lidar: Transform,
     returns: ReturnSettings,
     settings: LayerSettings,
+    scale: IntensityScale | None = None,
 ) -> NDArray[np.float32]:
     """Gather the intensities of a cloud in the cells of each height interval.
 
@@ -91,15 +93,18 @@ def intensity_layers(
         base_from_lidar: Carries points of the lidar into base_link.
         returns: See ``ReturnSettings``.
         settings: See ``LayerSettings``.
+        scale: Of the lidar, which has seen its earlier clouds; None lets this cloud alone tell.
 
     Returns:
         float32 (layers, cells, cells), 0..1; row 0 ahead of the robot, column 0 to its left.
 
     Raises:
-        ObservationError: No intensity, none that is valid, or not on the declared scale.
+        ObservationError: No intensity, none that is valid, or not on the declared scale, or on
+            one that cannot be told.
     """
     xyz, intensity = _within_range(cloud, returns)
-    strength = declared_strength(intensity, returns.intensity_maximum)
+    scale = scale or IntensityScale(returns.intensity_maximum)
+    strength = scale.strength(intensity)
     zero = float(base_from_lidar.translation[2])
     if settings.heights == "ground":
         zero = -returns.base_height
@@ -119,16 +124,22 @@ def intensity_layers(
 def _within_range(
     cloud: PointCloud, returns: ReturnSettings
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    given = cloud.intensity
+    if given is not None and given.shape != (len(cloud.xyz),):
+        raise ObservationError(
+            f"The cloud has {len(cloud.xyz)} returns and intensities {given.shape}; expected one "
+            f"each: the decoder or the driver drops some."
+        )
     x, y, z = cloud.xyz.T
     with np.errstate(over="ignore"):
         squared = x * x + y * y + z * z
-    counts = squared >= np.float32(returns.minimum_range**2)
+    # What lies at the origin is no return, however near the robot's body may be.
+    counts = (squared >= np.float32(returns.minimum_range**2)) & (squared > 0)
     counts &= squared <= np.float32(returns.maximum_range**2)
     if counts.all():
-        return cloud.xyz, cloud.intensity
+        return cloud.xyz, given
     rows = np.flatnonzero(counts)
-    intensity = None if cloud.intensity is None else cloud.intensity[rows]
-    return cloud.xyz.take(rows, axis=0), intensity
+    return cloud.xyz.take(rows, axis=0), None if given is None else given[rows]
 
 
 def _places(xyz: NDArray[np.float32], zero: float, settings: LayerSettings) -> NDArray[np.int64]:

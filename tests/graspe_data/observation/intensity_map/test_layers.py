@@ -81,9 +81,9 @@ def test_the_robot_stands_in_the_middle_and_looks_to_row_0() -> None:
     assert np.argwhere(found).tolist() == [[1, 0, 99], [1, 99, 0], [1, 199, 199]]
 
 
-@pytest.mark.parametrize(("cell", "expected"), [("sum", 1.0), ("max", 200 / 255), ("mean", 0.5)])
+@pytest.mark.parametrize(("cell", "expected"), [("sum", 1.0), ("max", 150 / 255), ("mean", 0.5)])
 def test_a_cell_holds_no_more_than_the_sensors_maximum(cell: Any, expected: float) -> None:
-    cloud = cloud_of((2.01, 0.01, 0, 200), (2.02, 0.02, 0.05, 55))
+    cloud = cloud_of((2.01, 0.01, 0, 150), (2.02, 0.02, 0.05, 105))
     found = intensity_layers(cloud, LEVEL, ReturnSettings(), LayerSettings(cell=cell))
     assert found.max() == pytest.approx(expected)
 
@@ -91,7 +91,7 @@ def test_a_cell_holds_no_more_than_the_sensors_maximum(cell: Any, expected: floa
 def test_a_bound_belongs_to_the_interval_above_it() -> None:
     chosen = LayerSettings(intervals=((-1, 0), (0, 1)))
     for height, layer in ((-1.0, [0]), (-0.01, [0]), (0.0, [1]), (1.0, [])):
-        found = intensity_layers(cloud_of((2, 0, height, 9)), LEVEL, ReturnSettings(), chosen)
+        found = intensity_layers(cloud_of((2, 0, height, 200)), LEVEL, ReturnSettings(), chosen)
         assert np.flatnonzero(found.any(axis=(1, 2))).tolist() == layer
 
 
@@ -103,7 +103,7 @@ def test_heights_count_from_the_lidar_or_from_the_ground() -> None:
 
 
 def test_returns_from_the_robot_itself_and_damage_do_not_count() -> None:
-    cloud = cloud_of((0.3, 0, 0, 255), (2, 0, 0, 100), (3e38, 3e38, 0, 50))
+    cloud = cloud_of((0.3, 0, 0, 255), (2, 0, 0, 200), (3e38, 3e38, 0, 50), (0, 0, 0, 255))
     returns = ReturnSettings(minimum_range=0.45)
     found = intensity_layers(cloud, LEVEL, returns, LayerSettings())
     assert np.count_nonzero(found) == 1

@@ -1,0 +1,74 @@
+"""Whether a robot has arrived, and whether it still gets nearer to its goal."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
+
+from graspe_data.manifest import Settings
+from planners.situation import Situation
+
+_LONGEST_STEP_S = 1.0
+"""A longer time between two questions is a pause, and counts as no more than this."""
+
+
+class GoalSettings(Settings):
+    """When a robot has arrived, and when it is given up."""
+
+    radius: Annotated[float, Field(gt=0, le=100)] = 0.5
+    """Metres from the goal to base_link at which the robot has arrived; it then stands until it is
+    given another goal, or has been moved twice as far."""
+    progress_m: Annotated[float, Field(gt=0, le=1000)] = 0.5
+    """Metres by which it has to get nearer to the goal than it ever was..."""
+    progress_s: Annotated[float, Field(gt=0, le=1e6)] = 60.0
+    """...within so many seconds of driving, or it stands until it is given another goal."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Why a robot stands that could drive: it has ``arrived``, or it makes no progress."""
+
+    reason: str
+    arrived: bool
+
+
+class GoalWatch:
+    """Watches the way to one goal after another; a goal that moves within the radius is the same.
+
+    Time counts while planners are asked; a pause, or a time without fit sensor data, does not.
+    """
+
+    def __init__(self, settings: GoalSettings) -> None:
+        """Begin without a goal."""
+        self._settings = settings
+        self._goal: tuple[float, float] | None = None
+        self._nearest, self._spent_s, self._asked_ns = math.inf, 0.0, 0
+        self._arrived = False
+
+    def standing(self, situation: Situation) -> Standing | None:
+        """Why the robot has to stand; None while it is on its way."""
+        settings, goal = self._settings, situation.goal
+        if self._goal is None or math.dist(goal, self._goal) > settings.radius:
+            self._goal, self._nearest, self._spent_s = goal, math.inf, 0.0
+            self._asked_ns, self._arrived = situation.now_ns, False
+        away = math.dist(goal, situation.pose[:2])
+        self._arrived = away <= settings.radius * (2 if self._arrived else 1)
+        if self._arrived:
+            return Standing(f"arrived: {away:.2f} m from the goal", arrived=True)
+        self._count(situation.now_ns, away)
+        if self._spent_s < settings.progress_s:
+            return None
+        return Standing(
+            f"no progress: no nearer to the goal than {self._nearest:.2f} m for "
+            f"{settings.progress_s:g} s",
+            arrived=False,
+        )
+
+    def _count(self, now_ns: int, away: float) -> None:
+        passed_s, self._asked_ns = (now_ns - self._asked_ns) / 1e9, now_ns
+        self._spent_s += min(max(passed_s, 0.0), _LONGEST_STEP_S)
+        if away <= self._nearest - self._settings.progress_m:
+            self._nearest, self._spent_s = away, 0.0

@@ -1,0 +1,71 @@
+"""Whether what a sensor gives is in that sensor's own frame."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Literal
+
+from graspe_data.errors import PlannerError
+from graspe_data.geometry import plain_frame
+from graspe_data.sensor_data import Motion
+
+Sensor = Literal["camera", "lidar"]
+
+_NO_SENSOR = re.compile(
+    r"base|base_stabilized|body|camera_init|chassis|earth|footprint|global|ground|imu|imu_link|"
+    r"local|robot|utm|vision|world|(\w+_)?(base_footprint|base_link|map|odom|odometry)",
+    re.IGNORECASE,
+)
+"""Usual names of frames that are neither a camera's nor a lidar's (REP 105; Spot's; LOAM's)."""
+
+_CAMERAS = ("optical", "camera", "image")
+
+
+class SensorFrame:
+    """The one frame in which a sensor's messages are taken.
+
+    That is the calibration's. Where the calibration leaves it open it is that of the first message
+    whose frame may be the sensor's: not the robot's base nor its odometry's, and for a lidar no
+    camera's. A message in any other frame is refused, and not carried: where it lies on the robot
+    is not known here.
+    """
+
+    def __init__(self, sensor: Sensor, frame: str | None = None) -> None:
+        """Take the calibration's frame; None where it tells none."""
+        self._sensor = sensor
+        self._declared = plain_frame(frame or "") or None
+        self._held = self._declared
+
+    def check(self, frame: str, motions: Sequence[Motion]) -> None:
+        """Refuse a message's frame that is not the sensor's.
+
+        Args:
+            frame: Of the message.
+            motions: Of the same situation; their frames are the odometry's and the base's.
+
+        Raises:
+            PlannerError: Names the frame and the expected one.
+        """
+        found = plain_frame(frame) if isinstance(frame, str) else ""
+        fault = self._fault(found, motions)
+        if fault:
+            what = "cloud" if self._sensor == "lidar" else "picture"
+            raise PlannerError(
+                f"the {what} is in the frame {found!r}, {fault}: give it in the {self._sensor}'s "
+                f"own frame, and name that as `{self._sensor}.frame` in the robot manifest."
+            )
+        self._held = found
+
+    def _fault(self, found: str, motions: Sequence[Motion]) -> str:
+        if self._held is not None:
+            return "" if found == self._held else f"expected {self._held!r}"
+        if not found:
+            return "which names none"
+        last = motions[-1] if motions else None
+        moving = (plain_frame(last.frame), plain_frame(last.child_frame)) if last else ()
+        if found in moving or _NO_SENSOR.fullmatch(found.rpartition("/")[2]):
+            return f"which is no {self._sensor}'s"
+        if self._sensor == "lidar" and any(name in found.lower() for name in _CAMERAS):
+            return "which is a camera's"
+        return ""

@@ -1,0 +1,123 @@
+"""Every planner as a robot would run it, and a situation in which each of them drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from graspe_data.geometry import Transform
+from graspe_data.robot import Robot
+from graspe_data.sensor_data import Picture, PointCloud
+from planners.bundle import Bundle
+from planners.calibration import Calibration
+from planners.dwa_fox import DwaFox
+from planners.dwa_lab import DwaLab
+from planners.dwa_map import DwaMap
+from planners.fitness import GuardSettings
+from planners.glass_slam_source import GlassSlamSource
+from planners.graspe_planner import GraspePlanner
+from planners.guarded import Guarded
+from planners.intensity_source import IntensitySource
+from planners.lidar_clouds import LidarClouds
+from planners.obstacles import MapObstacles, ScanObstacles
+from planners.occupancy_source import OccupancySource
+from planners.scorer import Scorer
+from planners.situation import Command, Planner, Situation
+from tests.planners.conftest import NOW, motions_until
+
+SECOND = 10**9
+DRIVEN = (0.3, 0.0)
+
+
+@dataclass(frozen=True)
+class Robots:
+    """All that planners are made of."""
+
+    robot: Robot
+    calibration: Calibration
+    bundle: Bundle
+
+    @property
+    def lidar(self) -> Transform:
+        """The lidar's mounting."""
+        return self.calibration.base_from_lidar
+
+
+def _scan(all_: Robots) -> Planner:
+    robot = all_.robot
+    scan = ScanObstacles(
+        all_.lidar,
+        robot.base_height,
+        robot.lidar.minimum_range,
+        clouds=LidarClouds.of(robot),
+    )
+    return DwaFox(robot, scan)
+
+
+def _lab(all_: Robots) -> Planner:
+    robot = all_.robot
+    occupied = MapObstacles(all_.lidar, robot.base_height, clouds=LidarClouds.of(robot))
+    return DwaLab(robot, occupied)
+
+
+PLANNERS: Mapping[str, Callable[[Robots], Planner]] = {
+    "dwa_fox": _scan,
+    "dwa_lab": _lab,
+    "dwa_map": lambda all_: DwaMap(all_.robot, OccupancySource(all_.robot, all_.lidar)),
+    "mim": lambda all_: DwaMap(all_.robot, IntensitySource(all_.robot, all_.lidar)),
+    "glass_slam": lambda all_: DwaMap(all_.robot, GlassSlamSource(all_.robot, all_.lidar)),
+    "graspe": lambda all_: GraspePlanner(all_.robot, Scorer(all_.bundle, all_.calibration)),
+}
+BY_INTENSITY, BY_MODEL = ("mim", "glass_slam"), ("graspe",)
+
+
+def guarded(name: str, all_: Robots, **settings: Any) -> Guarded:
+    """A planner by its name; it has the time that a busy machine takes."""
+    given = {"answer_s": 30.0} | settings
+    guard = GuardSettings(needs_picture=name in BY_MODEL, **given)
+    return Guarded(PLANNERS[name](all_), all_.robot.limits, guard)
+
+
+def sound(now_ns: int = NOW) -> Situation:
+    """A robot that drives straight on, on open ground, with something solid far to its left."""
+    return Situation(
+        now_ns=now_ns,
+        pose=(0.0, 0.0, 0.0),
+        velocity=DRIVEN,
+        goal=(8.0, 0.0),
+        picture=Picture(now_ns - 50_000_000, "camera_optical", np.full((48, 64, 3), 200, np.uint8)),
+        cloud=cloud(now_ns - 80_000_000),
+        motions=motions_until(now_ns, DRIVEN),
+    )
+
+
+def cloud(stamp_ns: int) -> PointCloud:
+    """Dim ground on two rings, and a bright wall on a third, 6 m to the left."""
+    angle = np.linspace(-1.5, 1.5, 150)
+    rings = [np.stack((r * np.cos(angle), r * np.sin(angle), 0 * angle - 0.8), 1) for r in (3, 5)]
+    along = np.linspace(-3.0, 3.0, 150)
+    wall = np.stack((along, 0 * along + 6, 0 * along), axis=1)
+    strength = np.concatenate([20 + np.arange(300) % 40, 180 + np.arange(150) % 60])
+    ring = np.repeat(np.arange(3), 150).astype(np.int32)
+    xyz = np.concatenate([*rings, wall]).astype(np.float32)
+    return PointCloud(stamp_ns, "velodyne", xyz, strength.astype(np.float32), ring)
+
+
+def with_cloud(asked: Situation, **changes: Any) -> Situation:
+    """The situation with some of its cloud changed."""
+    assert asked.cloud is not None
+    return replace(asked, cloud=replace(asked.cloud, **changes))
+
+
+def with_picture(asked: Situation, **changes: Any) -> Situation:
+    """The situation with some of its picture changed."""
+    assert asked.picture is not None
+    return replace(asked, picture=replace(asked.picture, **changes))
+
+
+def stops(command: Command) -> bool:
+    """Whether a command brakes as hard as the robot can, from the velocity driven."""
+    return command.linear_velocity <= DRIVEN[0] - 0.1 + 1e-9 and command.yaw_rate == 0.0

@@ -1,0 +1,123 @@
+"""A planner in another process than the one that made it answers, or says at once why not."""
+
+from __future__ import annotations
+
+import copy
+import multiprocessing
+import os
+import pickle
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from graspe_data.errors import PlannerError
+from graspe_data.robot import Robot
+from planners.bundle import Bundle
+from planners.calibration import Calibration
+from planners.deadline import Deadline
+from planners.scorer import Scorer
+from planners.situation import Command
+from tests.planners.conftest import NOW
+from tests.planners.every_planner import BY_MODEL, PLANNERS, SECOND, Robots, guarded, sound, stops
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+LONG_S = 60.0
+"""What a busy machine may take; a child that hangs takes it whole."""
+
+
+def in_child(ask: Callable[[], Any]) -> Any:
+    """What a forked process answers, or fails if it does not."""
+    context = multiprocessing.get_context("fork")
+    mine, its = context.Pipe(duplex=False)
+
+    def answer() -> None:
+        try:
+            its.send(ask())
+        except Exception as error:  # noqa: BLE001 - the parent looks at it
+            its.send(error)
+
+    child = context.Process(target=answer)
+    child.start()
+    try:
+        assert mine.poll(LONG_S), "the forked process does not answer"
+        return mine.recv()
+    finally:
+        child.kill()
+        child.join()
+
+
+@pytest.fixture
+def robots(robot: Robot, calibration: Calibration, bundle: Bundle) -> Robots:
+    return Robots(robot, calibration, bundle)
+
+
+@pytest.mark.parametrize("asked_before", [False, True])
+@pytest.mark.parametrize("name", list(PLANNERS))
+def test_a_planner_that_was_made_before_a_fork(
+    name: str, asked_before: bool, robots: Robots
+) -> None:
+    planner = guarded(name, robots)
+    if asked_before:
+        assert planner.command(sound()).reason == ""
+    found = in_child(lambda: planner.command(sound(NOW + SECOND)))
+    assert isinstance(found, Command)
+    if name in BY_MODEL:
+        assert stops(found)
+        assert "call load_bundle in the process that asks it" in found.reason
+    else:
+        assert found.reason == ""
+    assert planner.command(sound(NOW + 2 * SECOND)).reason == ""
+
+
+def test_a_bundle_raises_at_once_in_a_forked_process(
+    bundle: Bundle, calibration: Calibration
+) -> None:
+    scorer = Scorer(bundle, calibration)
+    scorer.scene(sound())
+    for ask in (lambda: scorer.scene(sound(NOW + SECOND)), lambda: bundle.encode({})):
+        assert isinstance(in_child(ask), PlannerError)
+
+
+def test_a_planner_made_in_the_child_answers(robots: Robots) -> None:
+    def ask() -> Command:
+        return guarded("dwa_fox", robots).command(sound())
+
+    assert in_child(ask).reason == ""
+
+
+@pytest.mark.parametrize("send", [pickle.dumps, copy.deepcopy])
+def test_a_bundle_cannot_be_sent(send: Callable[[Any], Any], bundle: Bundle) -> None:
+    with pytest.raises(PlannerError, match="call load_bundle in the process that asks it"):
+        send(bundle)
+
+
+def test_a_question_that_hung_in_the_parent_does_not_hang_the_child() -> None:
+    deadline, release = Deadline[int](0.1), threading.Event()
+    with pytest.raises(PlannerError, match=r"no answer within 0\.1 s"):
+        deadline.ask(lambda: int(release.wait(LONG_S)))
+    with pytest.raises(PlannerError, match="no answer yet"):
+        deadline.ask(os.getpid)
+    assert in_child(lambda: deadline.ask(lambda: 7)) == 7
+    release.set()
+    time.sleep(0.2)
+    assert deadline.ask(os.getpid) == os.getpid()
+
+
+@pytest.mark.parametrize("error", [ValueError("four"), PlannerError("five")])
+def test_what_is_raised_is_raised(error: Exception) -> None:
+    def raises() -> int:
+        raise error
+
+    with pytest.raises(type(error), match=str(error)):
+        Deadline[int](LONG_S).ask(raises)
+
+
+def test_a_planner_that_exits_is_no_exit() -> None:
+    def leaves() -> int:
+        raise SystemExit(3)
+
+    with pytest.raises(PlannerError, match=r"no answer: SystemExit\(3\)"):
+        Deadline[int](LONG_S).ask(leaves)
