@@ -27,7 +27,7 @@ from pipelines.row_columns import extract_columns
 from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.second_pass import SecondPass
 
-VERSION = 4
+VERSION = 5
 
 
 class LossRecord(Settings):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map import intensity_layers, store_layers
+from graspe_data.observation.intensity_map.strength import IntensityScale
 from graspe_data.observation.observe_points import observe_points
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
@@ -26,6 +28,7 @@ from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter
+from pipelines.stages.intensity_scale import recording_scale
 
 Values = Mapping[str, NDArray[np.generic] | float]
 Mask = NDArray[np.bool_]
@@ -66,6 +69,7 @@ class SecondPass:
         self._pictures = PictureDecoder(recording.topics[topics.image].message_type, topics.image)
         self._clouds = CloudSource(recording, topics.points, recipe.robot.lidar)
         self._settings = recipe.point_observation
+        self._scale = self._intensity_scale() if wanted.any() else None
         self._mounts: list[Transform] = []
         self._cloud_ns, self._cloud_number = _cloud_times(plan), -1
         self.losses: list[Loss] = []
@@ -206,7 +210,9 @@ class SecondPass:
         if cloud is _NO_CLOUD:
             return {"intensity_map": np.zeros(settings.shape, np.uint8)}
         returns = self.recipe.intensity_returns
-        layers = intensity_layers(cloud, base_from_lidar, returns, settings)
+        # A copy holds each cloud against the first ones alone, whichever rows are asked for.
+        scale = deepcopy(self._scale)
+        layers = intensity_layers(cloud, base_from_lidar, returns, settings, scale)
         return {"intensity_map": store_layers(layers)}
 
     def _place(self, cloud: PointCloud, stamp_ns: int) -> PlacedCloud:
@@ -214,6 +220,12 @@ class SecondPass:
         if not any(_same(placed.base_from_lidar, mount) for mount in self._mounts):
             self._mounts.append(placed.base_from_lidar)
         return placed
+
+    def _intensity_scale(self) -> IntensityScale | None:
+        if self.recipe.dataset.intensity_layers is None:
+            return None
+        maximum = self.recipe.intensity_returns.intensity_maximum
+        return recording_scale(self.recording, self.recipe.robot, maximum)
 
     def _rectifier(self) -> Rectifier:
         image, tracks = self.recipe.dataset.image, self.synchronised.tracks
