@@ -16,6 +16,7 @@ from model_zoo.contract import SuccessModel
 from model_zoo.evaluation.metrics import au_roc
 from model_zoo.training.labels import MASK, SUCCESS
 from model_zoo.training.progress import TrainingProgress
+from model_zoo.training.shared_buffers import share_buffers
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ def predict(
 ) -> Predictions:
     """Run the model over all rows, shared by the ranks; it is left in evaluation mode.
 
-    The rows come in the same order each time, so that sums over them are the same to the bit.
+    All ranks look with the buffers of rank 0, so that what is predicted is one model's. The rows
+    come in the same order each time, so that sums over them are the same to the bit.
 
     Args:
         fabric: The ranks, and the precision.
@@ -74,6 +76,7 @@ def predict(
         The predictions of all rows, on every rank.
     """
     model.eval()
+    share_buffers(fabric, model)
     loader.resume(0, loader.order.digest)
     parts: list[tuple[Tensor, Tensor, Tensor]] = []
     with torch.inference_mode():
