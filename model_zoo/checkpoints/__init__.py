@@ -1,7 +1,14 @@
 """Checkpoints: a trained model in a folder, sealed with the digests of its files."""
 
-from model_zoo.checkpoints.calibration import Calibration, fit_temperature
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated, fit_temperature
 from model_zoo.checkpoints.load import Checkpoint, load_checkpoint
 from model_zoo.checkpoints.write import write_checkpoint
 
-__all__ = ["Calibration", "Checkpoint", "fit_temperature", "load_checkpoint", "write_checkpoint"]
+__all__ = [
+    "Calibration",
+    "Checkpoint",
+    "Uncalibrated",
+    "fit_temperature",
+    "load_checkpoint",
+    "write_checkpoint",
+]

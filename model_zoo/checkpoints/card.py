@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import JsonValue
 
-from model_zoo.checkpoints.calibration import Calibration
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.checkpoints.config import CheckpointConfig
 
 _HISTORY = "history"
@@ -66,7 +66,7 @@ def render_card(
     recipe: Mapping[str, JsonValue],
     environment: Mapping[str, JsonValue],
     metrics: Mapping[str, JsonValue],
-    calibration: Calibration | None,
+    calibration: Calibration | Uncalibrated | None,
 ) -> str:
     """The card as Markdown."""
     columns = [f"| {c.name} | {c.dtype} | {c.shape or '()'} |" for c in config.columns]
@@ -85,13 +85,15 @@ def render_card(
     )
 
 
-def _describe(calibration: Calibration | None) -> str:
-    if calibration is None:
-        return "None: probabilities are the sigmoid of the logits."
+def _describe(calibration: Calibration | Uncalibrated | None) -> str:
+    if not isinstance(calibration, Calibration):
+        why = "" if calibration is None else f" {calibration.reason.capitalize()}."
+        return f"None: probabilities are the sigmoid of the logits.{why}"
+    bound = " It is the bound: the fit would go beyond." if calibration.at_bound else ""
     return (
         f"Logits are divided by the temperature {calibration.temperature:.3f}, fitted on "
         f"{calibration.judged:,} validation steps; it took their cross-entropy from "
-        f"{calibration.loss_before:.4f} to {calibration.loss_after:.4f}."
+        f"{calibration.loss_before:.4f} to {calibration.loss_after:.4f}.{bound}"
     )
 
 

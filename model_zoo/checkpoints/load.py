@@ -14,7 +14,7 @@ from torch import Tensor
 
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import read_yaml, validate
-from model_zoo.checkpoints.calibration import Calibration
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.checkpoints.config import CheckpointConfig
 from model_zoo.checkpoints.model_inputs import Columns, model_inputs
 from model_zoo.checkpoints.sealed_folder import check_sealed, read_bounded
@@ -49,6 +49,7 @@ class Checkpoint:
         model: In evaluation mode, on the CPU until it is moved.
         config: Which model it is and what it reads.
         calibration: None where its probabilities are taken as they are.
+        uncalibrated: Why they are, where the checkpoint tells.
         recipe: How it was trained.
         metrics: Its scores on validation rows.
         digest: SHA-256 that names the checkpoint.
@@ -61,11 +62,26 @@ class Checkpoint:
     recipe: Mapping[str, Any]
     metrics: Mapping[str, Any]
     digest: str
+    uncalibrated: Uncalibrated | None = None
 
     @property
     def device(self) -> torch.device:
         """Where the weights are."""
         return next(self.model.parameters()).device
+
+    @torch.inference_mode()
+    def log_odds(self, observation: Columns) -> Tensor:
+        """Calibrated log-odds of success, float64 (B, T), on the device, without gradients.
+
+        They rank what probabilities of float32 no longer tell apart.
+
+        Args:
+            observation: As in :meth:`predict`.
+
+        Raises:
+            ZooError: As :meth:`predict`.
+        """
+        return self._cooled(self._logits(observation).double())
 
     @torch.inference_mode()
     def predict(self, observation: Columns) -> Tensor:
@@ -78,11 +94,13 @@ class Checkpoint:
         Raises:
             ZooError: A column is missing, or its rows have another shape.
         """
-        read = model_inputs(observation, self.config.columns, self.device)
-        logits = self.model.logits(read).float()
-        if self.calibration is not None:
-            logits = logits / self.calibration.temperature
-        return torch.sigmoid(logits)
+        return torch.sigmoid(self._cooled(self._logits(observation).float()))
+
+    def _logits(self, observation: Columns) -> Tensor:
+        return self.model.logits(model_inputs(observation, self.config.columns, self.device))
+
+    def _cooled(self, logits: Tensor) -> Tensor:
+        return logits if self.calibration is None else logits / self.calibration.temperature
 
 
 def read_description(folder: Path) -> tuple[CheckpointConfig, dict[str, Any]]:
@@ -105,16 +123,26 @@ def load_checkpoint(path: Path | str) -> Checkpoint:
     folder = Path(path)
     digest = check_sealed(folder, _FILES)
     config = _validated(folder / "config.json", CheckpointConfig)
-    calibration = _json(folder / "calibration.json")
+    calibration, uncalibrated = _calibration(folder / "calibration.json")
     return Checkpoint(
         folder=folder,
         model=_model(folder, config),
         config=config,
-        calibration=_validated(folder / "calibration.json", Calibration) if calibration else None,
+        calibration=calibration,
         recipe=_recipe(folder),
         metrics=_json(folder / "metrics.json"),
         digest=digest,
+        uncalibrated=uncalibrated,
     )
+
+
+def _calibration(path: Path) -> tuple[Calibration | None, Uncalibrated | None]:
+    content = _json(path)
+    if not content:
+        return None, None
+    if content.get("method") == "none":
+        return None, _validated(path, Uncalibrated)
+    return _validated(path, Calibration), None
 
 
 def _recipe(folder: Path) -> dict[str, Any]:

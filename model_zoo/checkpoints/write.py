@@ -17,7 +17,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ManifestError, ShardError, ZooError
 from graspe_data.manifest import validate
 from graspe_data.shards.dataset_manifest import canonical_json
-from model_zoo.checkpoints.calibration import Calibration
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.checkpoints.card import render_card
 from model_zoo.checkpoints.config import CheckpointConfig, input_columns
 from model_zoo.checkpoints.environment import describe_environment
@@ -36,7 +36,7 @@ def write_checkpoint(
     recipe: Mapping[str, JsonValue],
     dataset_digest: str,
     metrics: Mapping[str, JsonValue],
-    calibration: Calibration | None,
+    calibration: Calibration | Uncalibrated | None,
     assumptions: Assumptions | None = None,
 ) -> Path:
     """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
@@ -54,7 +54,7 @@ def write_checkpoint(
         recipe: How it was trained, resolved.
         dataset_digest: Of the dataset it was trained on.
         metrics: Scores on validation rows.
-        calibration: Fitted on validation rows; None gives probabilities as they are.
+        calibration: Fitted on validation rows, or why not; None gives probabilities as they are.
         assumptions: How the dataset's rows were made, for those who drive by the model.
 
     Returns:

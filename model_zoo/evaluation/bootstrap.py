@@ -16,6 +16,7 @@ from model_zoo.evaluation.metrics import (
     calibration_bin,
     judged_rows,
     judged_steps,
+    probability,
 )
 
 Integers = NDArray[np.int64]
@@ -29,12 +30,12 @@ def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
 
 
 def resampled_scores(
-    probability: Floats, success: Bools, mask: Bools, recording: Integers, weights: Floats
+    log_odds: Floats, success: Bools, mask: Bools, recording: Integers, weights: Floats
 ) -> dict[str, Floats]:
     """Every score of every resample.
 
     Args:
-        probability: (N, T).
+        log_odds: Of success, (N, T).
         success: (N, T).
         mask: (N, T), true where judged.
         recording: (N,), each in 0 .. R - 1.
@@ -44,18 +45,18 @@ def resampled_scores(
         By the name of the function in :mod:`model_zoo.evaluation.metrics`, (S,); NaN where a
         resample has one class only.
     """
-    p, y = judged_steps(probability, success, mask)
+    z, y = judged_steps(log_odds, success, mask)
     owner = np.broadcast_to(recording[:, None], mask.shape)[mask]
-    least, whole, rows = judged_rows(probability, success, mask)
-    steps = (p, y, owner, weights)
+    least, whole, rows = judged_rows(log_odds, success, mask)
+    steps, sure = (z, y, owner, weights), (probability(z), y, owner, weights)
     with np.errstate(invalid="ignore", divide="ignore"):
         return {
             "au_roc": _au_roc(*steps),
             "minimum_au_roc": _au_roc(least, whole, recording[rows], weights),
             "average_precision": _average_precision(*steps),
-            "failure_average_precision": _average_precision(-p, ~y, owner, weights),
-            "brier": _brier(*steps),
-            "expected_calibration_error": _calibration_error(*steps),
+            "failure_average_precision": _average_precision(-z, ~y, owner, weights),
+            "brier": _brier(*sure),
+            "expected_calibration_error": _calibration_error(*sure),
         }
 
 

@@ -12,16 +12,16 @@ _GRID = np.linspace(0, 1, ROC_POINTS)
 _DIGITS = 5
 
 
-def roc(probability: Floats, success: Bools) -> RocCurve | None:
+def roc(log_odds: Floats, success: Bools) -> RocCurve | None:
     """The ROC curve at 201 even shares of accepted failures; None for one class alone.
 
     Args:
-        probability: (judged,).
+        log_odds: (judged,).
         success: (judged,).
     """
     if not success.any() or success.all():
         return None
-    false_positive, true_positive, _ = roc_curve(success, probability)
+    false_positive, true_positive, _ = roc_curve(success, log_odds)
     heights = np.interp(_GRID, false_positive, true_positive)
     heights[0] = 0
     return RocCurve(false_positive=_rounded(_GRID), true_positive=_rounded(heights))

@@ -1,7 +1,8 @@
-"""Scores of predicted probabilities against judged labels; 1 = success.
+"""Scores of predictions against judged labels; 1 = success.
 
-Every function takes probabilities, labels and the mask of judged steps, all (N, T), and gives None
-where the score is not defined: nothing judged, or judgements of one class only.
+Every function takes log-odds of success, labels and the mask of judged steps, all (N, T), and gives
+None where the score is not defined: nothing judged, or judgements of one class only. Log-odds, since
+probabilities that are rounded to 0 or 1 no longer tell what is more likely than what.
 """
 
 from __future__ import annotations
@@ -19,100 +20,105 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 
-def au_roc(probability: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
+def au_roc(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
     """Area under the ROC curve over all judged steps of all rows, pooled."""
-    p, y = judged_steps(probability, success, mask)
-    return float(roc_auc_score(y, p)) if _has_both(y) else None
+    z, y = judged_steps(log_odds, success, mask)
+    return float(roc_auc_score(y, z)) if _has_both(y) else None
 
 
-def minimum_au_roc(probability: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
+def minimum_au_roc(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
     """Area under the ROC curve of whole trajectories, by the minimum of their judged steps."""
-    p, y, _ = judged_rows(probability, success, mask)
-    return float(roc_auc_score(y, p)) if _has_both(y) else None
+    z, y, _ = judged_rows(log_odds, success, mask)
+    return float(roc_auc_score(y, z)) if _has_both(y) else None
 
 
-def average_precision(probability: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
+def average_precision(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
     """Average precision of success over the judged steps, pooled."""
-    p, y = judged_steps(probability, success, mask)
-    return float(average_precision_score(y, p)) if _has_both(y) else None
+    z, y = judged_steps(log_odds, success, mask)
+    return float(average_precision_score(y, z)) if _has_both(y) else None
 
 
 def failure_average_precision(
-    probability: ArrayLike, success: ArrayLike, mask: ArrayLike
+    log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
 ) -> float | None:
     """Average precision of failure, the rarer class, over the judged steps, pooled."""
-    p, y = judged_steps(probability, success, mask)
-    return float(average_precision_score(~y, -p)) if _has_both(y) else None
+    z, y = judged_steps(log_odds, success, mask)
+    return float(average_precision_score(~y, -z)) if _has_both(y) else None
 
 
-def brier(probability: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
+def brier(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
     """Mean squared difference between probability and label over the judged steps."""
-    p, y = judged_steps(probability, success, mask)
-    return float(brier_score_loss(y, p, pos_label=1)) if y.size else None
+    z, y = judged_steps(log_odds, success, mask)
+    return float(brier_score_loss(y, probability(z), pos_label=1)) if y.size else None
 
 
 def expected_calibration_error(
-    probability: ArrayLike, success: ArrayLike, mask: ArrayLike
+    log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
 ) -> float | None:
     """Mean distance of probability and share of successes in 15 bins of probability.
 
     Equation (3) of Guo et al., ICML 2017, with the probability of success for the confidence.
     """
-    p, y = judged_steps(probability, success, mask)
+    z, y = judged_steps(log_odds, success, mask)
     if not y.size:
         return None
+    p = probability(z)
     gap = np.bincount(calibration_bin(p), weights=p - y, minlength=CALIBRATION_BINS)
     return float(np.abs(gap).sum() / y.size)
 
 
-def judged_steps(
-    probability: ArrayLike, success: ArrayLike, mask: ArrayLike
-) -> tuple[Floats, Bools]:
-    """Probabilities and labels of the judged steps, (judged,) each.
+def judged_steps(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tuple[Floats, Bools]:
+    """Log-odds and labels of the judged steps, (judged,) each.
 
     Raises:
-        ZooError: The shapes differ, or a probability of a judged step is not finite.
+        ZooError: The shapes differ, or what is predicted of a judged step is not finite.
     """
-    p, y, judged = _arrays(probability, success, mask)
-    return p[judged], y[judged]
+    z, y, judged = _arrays(log_odds, success, mask)
+    return z[judged], y[judged]
 
 
 def judged_rows(
-    probability: ArrayLike, success: ArrayLike, mask: ArrayLike
+    log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
 ) -> tuple[Floats, Bools, Bools]:
-    """Least probability of the judged steps, and whether all succeed, of rows that have any.
+    """Least log-odds of the judged steps, and whether all succeed, of rows that have any.
 
     Returns:
-        Probabilities and labels (rows,), and which of the N rows they are, bool (N,).
+        Log-odds and labels (rows,), and which of the N rows they are, bool (N,).
 
     Raises:
         ZooError: As :func:`judged_steps`.
     """
-    p, y, judged = _arrays(probability, success, mask)
+    z, y, judged = _arrays(log_odds, success, mask)
     rows = np.asarray(judged.any(axis=1))
-    least = np.where(judged, p, np.inf).min(axis=1, initial=np.inf)
+    least = np.where(judged, z, np.inf).min(axis=1, initial=np.inf)
     whole = np.asarray(np.where(judged, y, True).all(axis=1))
     return least[rows], whole[rows], rows
 
 
-def calibration_bin(probability: Floats) -> NDArray[np.int64]:
+def probability(log_odds: Floats) -> Floats:
+    """Of success, from its log-odds."""
+    found: Floats = np.exp(-np.logaddexp(0, -log_odds))
+    return found
+
+
+def calibration_bin(p: Floats) -> NDArray[np.int64]:
     """The bin of each probability, 0 .. 14."""
-    return np.clip(probability * CALIBRATION_BINS, 0, CALIBRATION_BINS - 1).astype(np.int64)
+    return np.clip(p * CALIBRATION_BINS, 0, CALIBRATION_BINS - 1).astype(np.int64)
 
 
 def _arrays(
-    probability: ArrayLike, success: ArrayLike, mask: ArrayLike
+    log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
 ) -> tuple[Floats, Bools, Bools]:
-    p = np.asarray(probability, dtype=np.float64)
+    z = np.asarray(log_odds, dtype=np.float64)
     y, judged = np.asarray(success, dtype=bool), np.asarray(mask, dtype=bool)
-    if p.ndim != 2 or p.shape != y.shape or p.shape != judged.shape:  # noqa: PLR2004
+    if z.ndim != 2 or z.shape != y.shape or z.shape != judged.shape:  # noqa: PLR2004
         raise ZooError(
-            f"scores: expected probability, success and mask of one shape (N, T), found "
-            f"{p.shape}, {y.shape} and {judged.shape}."
+            f"scores: expected log-odds, success and mask of one shape (N, T), found "
+            f"{z.shape}, {y.shape} and {judged.shape}."
         )
-    if not np.isfinite(p[judged]).all():
-        raise ZooError("scores: a predicted probability is not finite: the model has diverged.")
-    return p, y, judged
+    if not np.isfinite(z[judged]).all():
+        raise ZooError("scores: what is predicted is not finite: the model has diverged.")
+    return z, y, judged
 
 
 def _has_both(labels: Bools) -> bool:

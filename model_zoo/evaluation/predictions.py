@@ -28,7 +28,7 @@ def predict_split(
     """Predict every row under every condition; each row is read once.
 
     Returns:
-        For each condition the probabilities of success, (N, T).
+        For each condition the calibrated log-odds of success, (N, T).
 
     Raises:
         ZooError: The model predicts numbers that are not finite.
@@ -53,10 +53,10 @@ def _batches(split: JudgedSplit, batch_size: int) -> Iterator[tuple[int, Batch]]
 
 
 def _predict(checkpoint: Checkpoint, batch: Batch, condition: str) -> Floats:
-    probability = checkpoint.predict(batch).cpu().numpy().astype(np.float64)
-    if not np.isfinite(probability).all():
+    log_odds: Floats = checkpoint.log_odds(batch).cpu().numpy()
+    if not np.isfinite(log_odds).all():
         raise ZooError(
             f"{checkpoint.folder}: {checkpoint.config.model} predicts numbers that are not finite "
             f"under {condition!r}. Look for NaN in the columns that it reads, or train it again."
         )
-    return probability
+    return log_odds

@@ -34,13 +34,13 @@ FEWEST_RECORDINGS = 3
 
 
 def score_cells(
-    split: JudgedSplit, probability: Floats, condition: str, resamples: int, seed: int
+    split: JudgedSplit, log_odds: Floats, condition: str, resamples: int, seed: int
 ) -> list[Cell]:
     """Score all rows together and each scenario.
 
     Args:
         split: The rows and their labels.
-        probability: (N, T), of success.
+        log_odds: (N, T), of success.
         condition: For the cells' name.
         resamples: Of recordings.
         seed: Of the resamples: the same for every model, so that they can be compared.
@@ -50,7 +50,7 @@ def score_cells(
     chosen |= {name: scenario == name for name in sorted(set(scenario.tolist()))}
     cells = []
     for name, rows in chosen.items():
-        labelled = (probability[rows], split.success[rows], split.mask[rows])
+        labelled = (log_odds[rows], split.success[rows], split.mask[rows])
         recordings, recording = np.unique(split.recording[rows], return_inverse=True)
         weights = draw_weights(recordings.size, resamples, seed)
         cells.append(_cell(name, condition, labelled, recording, weights))
@@ -62,21 +62,21 @@ def _cell(
 ) -> Cell:
     drawn = resampled_scores(*labelled, recording, weights)
     enough = weights.shape[1] >= FEWEST_RECORDINGS
-    p, y = metrics.judged_steps(*labelled)
+    z, y = metrics.judged_steps(*labelled)
     return Cell(
         scenario=scenario,
         condition=condition,
         recordings=weights.shape[1],
         rows=recording.size,
-        judged=p.size,
+        judged=z.size,
         success_share=float(y.mean()) if y.size else None,
         scores={
             name: _score(score(*labelled), drawn[name] if enough else drawn[name][:0])
             for name, score in METRICS.items()
         },
         au_roc_resamples=_listed(drawn["au_roc"]) if enough else (),
-        roc=roc(p, y),
-        calibration=calibration_curve(p, y),
+        roc=roc(z, y),
+        calibration=calibration_curve(metrics.probability(z), y),
     )
 
 

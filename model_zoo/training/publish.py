@@ -7,7 +7,7 @@ from pathlib import Path
 from lightning_fabric import Fabric
 from pydantic import JsonValue
 
-from model_zoo.checkpoints.calibration import fit_temperature
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated, fit_temperature
 from model_zoo.checkpoints.write import write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.evaluation.score_cells import METRICS
@@ -26,7 +26,7 @@ def publish(
     state: TrainingState,
     folder: Path,
     progress: TrainingProgress,
-) -> None:
+) -> Calibration | Uncalibrated:
     """Score the model on the validation rows and write its checkpoint.
 
     Rank 0 writes; all go on once it is there.
@@ -40,10 +40,14 @@ def publish(
         folder: Of the checkpoint.
         progress: Is told of the validation.
 
+    Returns:
+        How its logits become probabilities.
+
     Raises:
         ZooError: It cannot be written.
     """
     predictions = predict(fabric, model, data.validation, progress)
+    calibration = fit_temperature(predictions.logits, predictions.success, predictions.mask)
     if fabric.is_global_zero:
         write_checkpoint(
             folder,
@@ -54,16 +58,24 @@ def publish(
             columns=data.columns,
             recipe=identity.recipe.model_dump(mode="json"),
             dataset_digest=identity.dataset,
-            metrics=_metrics(predictions, state),
-            calibration=fit_temperature(predictions.logits, predictions.success, predictions.mask),
+            metrics=_metrics(predictions, calibration, state),
+            calibration=calibration,
             assumptions=data.assumptions,
         )
     fabric.barrier()
+    return calibration
 
 
-def _metrics(predictions: Predictions, state: TrainingState) -> dict[str, JsonValue]:
-    """Scores on the validation rows, and the epochs they were chosen from."""
-    scored = (predictions.probability, predictions.success, predictions.mask)
+def _metrics(
+    predictions: Predictions, calibration: Calibration | Uncalibrated, state: TrainingState
+) -> dict[str, JsonValue]:
+    """Scores of the checkpoint on the validation rows, and the epochs they were chosen from.
+
+    All but ``loss``, which is that of the epoch, are of the calibrated model.
+    """
+    fitted = isinstance(calibration, Calibration)
+    log_odds = predictions.logits / (calibration.temperature if fitted else 1.0)
+    scored = (log_odds, predictions.success, predictions.mask)
     timing = {"seconds", "samples_per_s", "data_wait_share"}
     return {
         **{name: score(*scored) for name, score in METRICS.items()},

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
+from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.training.history import best_epoch
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import TrainingState
 
 
-def summarise(state: TrainingState, recipe: Recipe, steps: int, checkpoint: Path) -> str:
-    """Why it ended, and its best epoch."""
+def summarise(
+    state: TrainingState, recipe: Recipe, steps: int, calibration: Calibration | Uncalibrated
+) -> str:
+    """Why it ended, its best epoch, and how probabilities come of its logits."""
     best = state.history[best_epoch(state.history)]
     if state.step < steps:
         why = "no better for the recipe's patience"
@@ -20,5 +21,5 @@ def summarise(state: TrainingState, recipe: Recipe, steps: int, checkpoint: Path
         why = "all steps done"
     return (
         f"{why}; best of the {len(state.history)} epochs, counted from 0: {best.epoch}, validation "
-        f"AU-ROC {best.au_roc:.4f}; {checkpoint}"
+        f"AU-ROC {best.au_roc:.4f}; {calibration}"
     )

@@ -150,8 +150,9 @@ def _train(
     progress.start(f"{name} {identity.preset}", trainer.steps, trainer.state.step)
     state = trainer.run()
     model.load_state_dict(state.best)
-    publish(fabric, model, data, identity, state, checkpoint, progress)
-    progress.finish(summarise(state, recipe, trainer.steps, checkpoint))
+    calibration = publish(fabric, model, data, identity, state, checkpoint, progress)
+    told = summarise(state, recipe, trainer.steps, calibration)
+    progress.finish(f"{told}; {checkpoint}")
     return checkpoint
 
 

@@ -33,13 +33,8 @@ class Predictions:
     success: NDArray[np.bool_]
     mask: NDArray[np.bool_]
 
-    @property
-    def probability(self) -> NDArray[np.float64]:
-        """Of success, (N, T)."""
-        return np.exp(-np.logaddexp(0, -self.logits))
-
     def au_roc(self) -> float:
-        """Area under the ROC curve, all judged steps pooled; logits rank as probabilities do.
+        """Area under the ROC curve, all judged steps pooled.
 
         Raises:
             ZooError: A logit is not finite, or the labels are all of one class.

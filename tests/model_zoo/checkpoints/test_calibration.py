@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints import fit_temperature
+from model_zoo.checkpoints import Calibration, Uncalibrated, fit_temperature
+from model_zoo.checkpoints.calibration import COLDEST, FEWEST_ROWS, HOTTEST
 
 
 def drawn(
@@ -20,6 +21,12 @@ def drawn(
     return z * temperature, random.random(z.shape) < 1 / (1 + np.exp(-z))
 
 
+def fit(logits: ArrayLike, success: ArrayLike, mask: ArrayLike) -> Calibration:
+    found = fit_temperature(logits, success, mask)
+    assert isinstance(found, Calibration)
+    return found
+
+
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 10**6), st.floats(0.3, 5))
 def test_no_other_temperature_has_less_loss(seed: int, temperature: float) -> None:
@@ -29,15 +36,15 @@ def test_no_other_temperature_has_less_loss(seed: int, temperature: float) -> No
         scaled = logits / np.exp(log_temperature)
         return float(np.mean(np.logaddexp(0, scaled) - success * scaled))
 
-    fitted = fit_temperature(logits, success, np.ones_like(success))
-    best = minimize_scalar(loss, bounds=(np.log(0.05), np.log(20)), method="bounded").fun
+    fitted = fit(logits, success, np.ones_like(success))
+    best = minimize_scalar(loss, bounds=(np.log(COLDEST), np.log(HOTTEST)), method="bounded").fun
     assert fitted.loss_after <= best + 1e-9
     assert fitted.loss_after <= fitted.loss_before
 
 
 def test_the_factor_that_was_put_in_is_found() -> None:
     logits, success = drawn(0, 3.0, 5000)
-    assert fit_temperature(logits, success, success >= 0).temperature == pytest.approx(3, rel=0.05)
+    assert fit(logits, success, success >= 0).temperature == pytest.approx(3, rel=0.05)
 
 
 def test_steps_that_are_not_judged_do_not_count() -> None:
@@ -45,14 +52,46 @@ def test_steps_that_are_not_judged_do_not_count() -> None:
     mask = np.random.default_rng(1).random(success.shape) < 0.5
     spoiled = np.where(mask, logits, np.nan)
     assert fit_temperature(spoiled, success, mask) == fit_temperature(logits, success, mask)
-    assert fit_temperature(logits, success, mask).judged == mask.sum()
+    assert fit(logits, success, mask).judged == mask.sum()
 
 
-def test_labels_that_follow_from_the_signs_give_the_bound() -> None:
-    logits = np.array([[-2.0, 1.0, 3.0]])
-    mask = np.ones((1, 3), bool)
-    assert fit_temperature(logits, logits > 0, mask).temperature == pytest.approx(0.05)
-    assert fit_temperature(logits, logits < 0, mask).temperature == pytest.approx(20)
+def test_labels_that_follow_from_the_signs_give_the_bound_and_say_so() -> None:
+    logits = np.tile([[-2.0, 1.0, 3.0]], (10, 1))
+    mask = np.ones_like(logits, bool)
+    coldest, hottest = (fit(logits, wins, mask) for wins in (logits > 0, logits < 0))
+    assert (coldest.temperature, coldest.at_bound) == (COLDEST, True)
+    assert (hottest.temperature, hottest.at_bound) == (HOTTEST, True)
+    assert str(coldest) == "temperature 0.250, the bound"
+    assert not fit(*drawn(0, 1.0), np.ones((300, 4), bool)).at_bound
+
+
+@given(failing=st.integers(0, 15), succeeding=st.integers(0, 15))
+def test_too_few_rows_of_either_kind_give_no_temperature(failing: int, succeeding: int) -> None:
+    success = np.repeat([[False], [True]], [failing, succeeding], axis=0)
+    logits = np.linspace(-1, 1, len(success))[:, None]
+    if not len(success):
+        return
+    found = fit_temperature(logits, success, np.ones_like(success))
+    if min(failing, succeeding) >= FEWEST_ROWS:
+        assert isinstance(found, Calibration)
+        assert found.failing_rows == failing
+    else:
+        assert isinstance(found, Uncalibrated)
+        assert found.reason.startswith(
+            f"{failing} validation rows have a failing step and {succeeding} a succeeding one"
+        )
+
+
+def test_many_failing_steps_of_one_row_are_one_row() -> None:
+    success = np.ones((50, 10), bool)
+    success[0] = False
+    found = fit_temperature(np.ones((50, 10)), success, np.ones_like(success))
+    assert isinstance(found, Uncalibrated)
+    judged = np.ones_like(success)
+    judged[0] = False
+    assert "0 validation rows have a failing step" in str(
+        fit_temperature(np.ones((50, 10)), success, judged)
+    )
 
 
 def test_what_cannot_be_fitted_is_refused() -> None:

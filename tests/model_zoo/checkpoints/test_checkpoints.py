@@ -12,7 +12,7 @@ import safetensors.torch
 import torch
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints import load_checkpoint
+from model_zoo.checkpoints import Calibration, Uncalibrated, load_checkpoint
 from model_zoo.checkpoints.sealed_folder import write_sealed
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, INPUTS, TinyModel
 
@@ -56,6 +56,26 @@ def test_predictions_are_calibrated_and_read_only_the_models_columns(write_tiny:
     assert not predicted.requires_grad
     plain = load_checkpoint(write_tiny("plain", calibration=None))
     assert torch.equal(plain.predict(OBSERVATION), torch.sigmoid(raw).detach())
+
+
+def test_why_it_is_not_calibrated_is_kept_and_told(write_tiny: Write) -> None:
+    why = Uncalibrated(reason="1 validation rows have a failing step")
+    folder = write_tiny(calibration=why)
+    checkpoint = load_checkpoint(folder)
+    assert (checkpoint.calibration, checkpoint.uncalibrated) == (None, why)
+    assert "1 validation rows have a failing step." in (folder / "card.md").read_text()
+
+
+def test_log_odds_tell_apart_what_probabilities_do_not(write_tiny: Write) -> None:
+    cold = Calibration(temperature=0.05, judged=7, loss_before=0.9, loss_after=0.6)
+    model = TinyModel()
+    with torch.no_grad():
+        model.linear.weight.mul_(20)
+    checkpoint = load_checkpoint(write_tiny(model=model, calibration=cold))
+    raw, found = checkpoint.model.logits(OBSERVATION), checkpoint.log_odds(OBSERVATION)
+    assert torch.allclose(found, raw.double() / 0.05)
+    assert len(found.unique()) == found.numel()
+    assert len(checkpoint.predict(OBSERVATION).unique()) < found.numel()
 
 
 def test_the_same_arguments_give_the_same_bytes(write_tiny: Write) -> None:

@@ -10,7 +10,7 @@ import torch
 
 from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
-from model_zoo.checkpoints import load_checkpoint
+from model_zoo.checkpoints import Calibration, load_checkpoint
 from model_zoo.evaluation import evaluate, metrics, read_evaluation
 from model_zoo.evaluation.evaluate import with_training
 from model_zoo.evaluation.evaluation import Evaluation
@@ -38,12 +38,12 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
     found = evaluated(folder, dataset)
     rows = Dataset(dataset, "test").batch(range(96))
     observation = {name: torch.from_numpy(rows[name]) for name in TinyModel.columns}
-    p = load_checkpoint(folder).predict(observation).numpy()
+    z = load_checkpoint(folder).log_odds(observation).numpy()
     assert found.scenarios == ("hill", "lake", "ungrouped")
     for scenario, chosen in (("all", slice(96)), ("hill", slice(36)), ("lake", slice(36, 72))):
         cell = found.cell(scenario)
         assert cell is not None
-        labelled = (p[chosen], rows["success"][chosen], rows["success_mask"][chosen])
+        labelled = (z[chosen], rows["success"][chosen], rows["success_mask"][chosen])
         assert cell.scores["au_roc"].value == pytest.approx(metrics.au_roc(*labelled))
         assert cell.scores["brier"].value == pytest.approx(metrics.brier(*labelled))
         assert cell.judged == labelled[2].sum()
@@ -52,6 +52,29 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
         assert high is not None
         assert low < high
         assert len(cell.au_roc_resamples) == 50
+
+
+def test_a_temperature_that_saturates_float32_changes_no_rank(
+    write_tiny: Write, dataset: Path
+) -> None:
+    weights = TinyModel()
+    with torch.no_grad():
+        weights.linear.weight.mul_(5)
+    cells = []
+    for temperature in (1.0, 0.05):
+        calibration = Calibration(
+            temperature=temperature, judged=9, loss_before=0.9, loss_after=0.8
+        )
+        name = f"at_{temperature}"
+        folder = write_tiny(name, model=weights, calibration=calibration)
+        cell = evaluated(folder, dataset).cell()
+        assert cell is not None
+        cells.append(cell)
+    plain, cold = cells
+    for name in ("au_roc", "minimum_au_roc", "average_precision", "failure_average_precision"):
+        assert cold.scores[name] == plain.scores[name]
+    assert cold.roc == plain.roc
+    assert cold.scores["brier"].value > plain.scores["brier"].value  # type: ignore[operator]
 
 
 def test_a_lost_sector_asks_for_what_r_point_follows_from(

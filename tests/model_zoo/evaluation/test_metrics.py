@@ -16,19 +16,23 @@ from model_zoo.evaluation.score_cells import METRICS, interval
 ALL = tuple(METRICS.values())
 
 
+def logit(p: metrics.Floats) -> metrics.Floats:
+    return np.asarray(np.log(p) - np.log1p(-p))
+
+
 def drawn(
     seed: int, rows: int = 40, ties: bool = True
 ) -> tuple[metrics.Floats, metrics.Bools, metrics.Bools]:
     random = np.random.default_rng(seed)
-    p = random.random((rows, 5))
+    p = random.uniform(0.05, 0.95, (rows, 5))
     if ties:
-        p = np.round(p, 1)
+        p = np.round(p, 1).clip(0.05, 0.95)
     success = random.random((rows, 5)) < p
-    return p, success, random.random((rows, 5)) < 0.8
+    return logit(p), success, random.random((rows, 5)) < 0.8
 
 
 def test_small_cases_by_hand() -> None:
-    p = np.array([[0.9, 0.8], [0.7, 0.3]])
+    p = logit(np.array([[0.9, 0.8], [0.7, 0.3]]))
     success = np.array([[1, 1], [0, 1]])
     mask = np.array([[True, True], [True, False]])
     assert metrics.au_roc(p, success, mask) == 1
@@ -40,6 +44,21 @@ def test_small_cases_by_hand() -> None:
     )
     everything = np.ones((2, 2), bool)
     assert metrics.au_roc(p, success, everything) == pytest.approx(2 / 3)
+
+
+def test_what_float32_rounds_to_one_is_still_ranked() -> None:
+    z = np.random.default_rng(0).normal(0, 2, (400, 5))
+    success = np.random.default_rng(1).random((400, 5)) < metrics.probability(z)
+    mask = np.ones_like(success)
+    area = metrics.au_roc(z, success, mask)
+    for temperature in (1.0, 0.05, 0.001):
+        assert metrics.au_roc(z / temperature, success, mask) == area
+        rounded = metrics.probability(z / temperature).astype(np.float32)
+        if temperature < 1:
+            assert metrics.au_roc(rounded, success, mask) < area - 0.003
+    assert metrics.brier(z / 0.001, success, mask) == pytest.approx(
+        ((z > 0) != success).mean(), 1e-2
+    )
 
 
 def test_a_trajectory_is_as_good_as_its_worst_judged_step() -> None:
@@ -83,6 +102,7 @@ def test_what_cannot_be_scored_is_refused() -> None:
 def test_calibration_bins_are_those_of_scikit_learn() -> None:
     p, success, mask = drawn(1, rows=300, ties=False)
     judged, labels = metrics.judged_steps(p, success, mask)
+    judged = metrics.probability(judged)
     curve = calibration_curve(judged, labels)
     share, probability = sklearn_curve(labels, judged, n_bins=metrics.CALIBRATION_BINS)
     assert np.allclose(curve.success, share, atol=1e-5)

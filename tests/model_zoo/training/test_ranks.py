@@ -59,8 +59,9 @@ def test_published_weights_score_what_was_published(name: str, trained: Path) ->
     loss = float(np.mean(np.logaddexp(0, logits) - success * logits))
     assert told["loss"] == pytest.approx(loss, rel=1e-5)
     assert told["au_roc"] == pytest.approx(au_roc(logits, success, mask), abs=1e-9)
-    probability = 1 / (1 + np.exp(-logits))
-    assert told["brier"] == pytest.approx(brier(probability, success, mask), rel=1e-5)
+    calibration = load_checkpoint(trained / name / "checkpoint").calibration
+    temperature = 1.0 if calibration is None else calibration.temperature
+    assert told["brier"] == pytest.approx(brier(logits / temperature, success, mask), rel=1e-5)
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -26,6 +26,7 @@ from tests.model_zoo.training.tiny import (
     TinyModel,
     columns,
     make_model,
+    make_rows,
     make_splits,
     train_tiny,
     write_dataset,
@@ -68,7 +69,23 @@ def test_it_learns_and_leaves_a_sealed_checkpoint_of_its_best_weights(
     stored = load_file(tmp_path / "checkpoint/model.safetensors")
     assert all(torch.equal(stored[name], value) for name, value in model.state_dict().items())
     calibration = json.loads((tmp_path / "checkpoint/calibration.json").read_text())
-    assert calibration["loss_after"] <= calibration["loss_before"]
+    assert calibration["method"] == "none"
+    assert calibration["reason"].startswith("3 validation rows have a failing step and 9 ")
+
+
+def test_with_enough_failing_rows_it_is_calibrated_and_scored_so(tmp_path: Path) -> None:
+    splits = make_splits()
+    splits["validation"] = make_rows(60, 1, 1)
+    dataset = write_dataset(tmp_path / "data", splits)
+    train_tiny(dataset, tmp_path, changed(epochs=10))
+    calibration, told = (
+        json.loads((tmp_path / "checkpoint" / name).read_text())
+        for name in ("calibration.json", "metrics.json")
+    )
+    assert calibration["failing_rows"] == 20
+    assert calibration["loss_after"] < calibration["loss_before"] == pytest.approx(told["loss"])
+    card = (tmp_path / "checkpoint/card.md").read_text()
+    assert f"temperature {calibration['temperature']:.3f}, fitted on 180" in card
 
 
 def test_progress_has_rate_loss_time_left_and_the_share_of_waiting(
