@@ -22,6 +22,7 @@ from graspe_data.bundle_contract import (
     SealedFile,
 )
 from graspe_data.errors import ManifestError, PlannerError
+from graspe_data.links import check_link
 from graspe_data.manifest import validate
 
 LARGEST_DOCUMENT = 4 << 20
@@ -39,7 +40,8 @@ def read_bundle_files(folder: Path) -> tuple[BundleContract, Mapping[str, bytes]
         The contract, and the bytes of ``ENCODE_GRAPH`` and ``SCORE_GRAPH``.
 
     Raises:
-        PlannerError: A file is missing, is not what the seal says, or does not validate.
+        PlannerError: A file is missing, a link that is not followed, not what the seal says, or does
+            not validate.
     """
     seal = _parsed(folder / SEAL_FILE, _read(folder / SEAL_FILE, LARGEST_DOCUMENT), BundleSeal)
     if set(seal.files) != SEALED_FILES:
@@ -71,10 +73,11 @@ def _sealed(path: Path, seal: SealedFile) -> bytes:
 
 def _read(path: Path, most: int) -> bytes:
     """A file's content, which is at most so long; its size is checked before it is read."""
+    check_link(path, path.parent, PlannerError)
     try:
         size = path.stat().st_size
-        if path.is_symlink() or not path.is_file():
-            raise PlannerError(f"{path}: expected a plain file. {_AGAIN}")
+        if not path.is_file():
+            raise PlannerError(f"{path}: expected a file. {_AGAIN}")
         if size > most:
             raise PlannerError(f"{path}: {size} bytes, expected at most {most}. {_AGAIN}")
         return path.read_bytes()

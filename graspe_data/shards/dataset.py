@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 from bisect import bisect_right
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, Literal
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from graspe_data.columns import Column
 from graspe_data.errors import ShardError
+from graspe_data.links import check_link
 from graspe_data.shards.aligned_npz import NpzMap
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from graspe_data.shards.stored_columns import (
@@ -130,6 +131,19 @@ class Dataset:
                 batch[column.name] = self._gather(column, places)
         return batch
 
+    def check_shards(self) -> Iterator[int]:
+        """Map every shard, so that its contents are checked as ``check`` says.
+
+        Yields:
+            The rows that were passed, after each shard.
+
+        Raises:
+            ShardError: As :meth:`batch`.
+        """
+        for shard, passed in enumerate(self._starts[1:]):
+            self._map(shard)
+            yield passed
+
     def __getstate__(self) -> dict[str, Any]:
         """Everything but the maps, which a copy opens again."""
         return self.__dict__ | {"_mapped": {}}
@@ -191,8 +205,7 @@ class Dataset:
     def _map(self, shard: int) -> dict[str, Array]:
         entry = self._shards[shard]
         file = self.path / entry.path
-        if not file.resolve().is_relative_to(self.path.resolve()):
-            raise ShardError(f"{file}: a link that leads out of the dataset's folder.")
+        check_link(file, self.path, ShardError)
         mapped = NpzMap(file)
         if len(mapped) != entry.bytes:
             raise ShardError(
@@ -210,9 +223,12 @@ class Dataset:
 
     def _check_content(self, mapped: NpzMap, name: str, expected: str | None) -> None:
         bad_crc = self._check == "crc" and not mapped.crc_matches(name)
-        if bad_crc or (self._check == "sha256" and mapped.digest(name) != expected):
+        found = mapped.digest(name) if self._check == "sha256" else expected
+        if bad_crc or found != expected:
+            others = [shard.path for shard in self._shards if shard.columns.get(name) == found]
+            whose = f" It is that of {others[0]}." if others and not bad_crc else ""
             raise ShardError(
-                f"{mapped.path}: {name}: its {self._check} does not match. "
+                f"{mapped.path}: {name}: its {self._check} does not match.{whose} "
                 "Run `graspe dataset verify` to see what else is damaged."
             )
 

@@ -14,6 +14,7 @@ from pydantic import Field, JsonValue, StringConstraints, field_validator, model
 from graspe_data.atomic_file import write_atomically
 from graspe_data.columns import Column
 from graspe_data.errors import ManifestError, ShardError
+from graspe_data.links import check_link
 from graspe_data.manifest import Settings, validate
 
 MANIFEST_NAME = "dataset.json"
@@ -204,10 +205,11 @@ def read_index(folder: Path) -> DatasetIndex:
     """Read and validate the ``dataset.json`` of a folder.
 
     Raises:
-        ShardError: It is missing, not JSON, not valid (each fault with its key), or was edited so
-            that its digest no longer fits.
+        ShardError: It is missing, a link that is not followed, not JSON, not valid (each fault with
+            its key), or was edited so that its digest no longer fits.
     """
     path = folder / MANIFEST_NAME
+    check_link(path, folder, ShardError)
     try:
         if path.stat().st_size > _LARGEST_MANIFEST:
             raise ShardError(f"{path}: larger than {_LARGEST_MANIFEST} bytes, so no manifest.")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from graspe_data.columns import Column
 from graspe_data.errors import ShardError
+from graspe_data.links import check_link
 from graspe_data.shards.aligned_npz import NpzMap, npz_differs_at
 from graspe_data.shards.dataset_manifest import DatasetIndex, ShardFile, read_index
 from graspe_data.shards.stored_columns import check_stored, member_names
@@ -62,6 +63,7 @@ def verify_dataset(path: Path) -> list[Fault]:
 def verify_shard(path: Path, index: DatasetIndex, split: str, shard: ShardFile) -> list[Fault]:
     """The faults of one shard, as :func:`verify_dataset`; for progress bars and many processes."""
     try:
+        check_link(path / shard.path, path, ShardError)
         mapped = NpzMap(path / shard.path)
     except ShardError as error:
         return [Fault(split, shard.path, None, "a shard", str(error))]

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ManifestError, ZooError
+from graspe_data.links import check_link
 from graspe_data.manifest import Settings, validate
 from graspe_data.shards.dataset_manifest import Sha256, canonical_json
 
@@ -83,7 +84,8 @@ def read_bounded(path: Path, limit: int) -> bytes:
     """Read a file of at most ``limit`` bytes.
 
     Raises:
-        ZooError: It is missing, larger, no regular file, or cannot be read.
+        ZooError: It is missing, larger, no regular file, a link that is not followed, or cannot be
+            read.
     """
     try:
         _check_regular(path)
@@ -116,6 +118,7 @@ def _parse(path: Path, content: bytes) -> Seal:
 
 def _check_regular(path: Path) -> None:
     """Before it is opened: to open a pipe waits for who writes to it."""
+    check_link(path, path.parent, ZooError)
     if not stat.S_ISREG(path.stat().st_mode):
         raise ZooError(f"{path}: expected a regular file, found something else. {_AGAIN}")
 

@@ -65,7 +65,7 @@ def open_judged_split(
         raise ZooError(f"every: found {every}; give 1 for all rows, 2 for every second, and so on.")
     index = read_index(path)
     _check_columns(checkpoint, index, path)
-    labels = Dataset(path, split, _LABELS, check="crc")
+    labels = Dataset(path, split, _LABELS, check="sha256")
     columns = labels.batch(np.arange(len(labels)))
     mask = columns["success_mask"].astype(bool)
     check_binary(columns["success"], mask, f"{path}: split {split!r}: success")
@@ -77,14 +77,14 @@ def open_judged_split(
         )
     _check_recordings(columns["recording"][rows], len(index.recordings), f"{path}: {split!r}")
     stamps = (
-        Dataset(path, split, ("stamp_ns",), check="crc").batch(rows)["stamp_ns"]
+        Dataset(path, split, ("stamp_ns",), check="sha256").batch(rows)["stamp_ns"]
         if every > 1
         else None
     )
     if stamps is not None:
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
     return JudgedSplit(
-        dataset=Dataset(path, split, _columns(checkpoint, index, conditions, path), check="crc"),
+        dataset=Dataset(path, split, _columns(checkpoint, index, conditions, path), check="sha256"),
         rows=rows,
         success=columns["success"].astype(bool)[rows],
         mask=mask[rows],

@@ -1,8 +1,8 @@
 """Scores of predictions against judged labels; 1 = success.
 
 Every function takes log-odds of success, labels and the mask of judged steps, all (N, T), and gives
-None where the score is not defined: nothing judged, or judgements of one class only. Log-odds, since
-probabilities that are rounded to 0 or 1 no longer tell what is more likely than what.
+None where the score is not defined: nothing judged, or judgements of one class only. Log-odds,
+since probabilities that are rounded to 0 or 1 no longer tell what is more likely than what.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def real_scenes(dataset: Path, columns: tuple[str, ...]) -> list[Scene]:
     split = next((name for name in SPLITS if name in index.splits and index.rows(name)), None)
     if split is None:
         raise ZooError(f"{dataset}: no row in {', '.join(SPLITS)} to try the bundle on.")
-    rows = Dataset(dataset, split, columns)
+    rows = Dataset(dataset, split, columns, check="sha256")
     places = np.unique(np.linspace(0, len(rows) - 1, SCENES).astype(np.int64)).tolist()
     return [
         Scene(f"{split}_{place}", "real", {k: v[None] for k, v in rows.row(place).items()})

@@ -49,7 +49,7 @@ def check_candidates(folder: Path, split: str, number: int, horizon: int) -> Non
             neither 0 nor 1.
         ShardError: The columns are damaged.
     """
-    rows = Dataset(folder, split, (OUTCOME, ASKED), check="crc")
+    rows = Dataset(folder, split, (OUTCOME, ASKED), check="sha256")
     declared = {column.name: column for column in rows.index.columns}
     known = declared[ASKED].shape[0]
     _check_number(known, number)

@@ -29,7 +29,7 @@ def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> 
         progress: Is told of the rows that were read.
 
     Raises:
-        ShardError: What is read does not have the checksum that was written with it.
+        ShardError: A shard is missing or not what ``dataset.json`` says.
         ZooError: Names the first column and row that hold NaN, or an infinity that means nothing.
     """
     floats = [column for column in dataset.columns if np.dtype(column.dtype).kind == "f"]
@@ -37,7 +37,7 @@ def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> 
         return
     extra = {column.name for column in dataset.index.columns} & {COUNT}
     names = {column.name for column in floats} | extra
-    reader = Dataset(dataset.path, dataset.split, names, check="crc")
+    reader = Dataset(dataset.path, dataset.split, names)
     progress = progress or SilentProgress()
     for begin in range(0, len(reader), ROWS_AT_ONCE):
         end = min(begin + ROWS_AT_ONCE, len(reader))

@@ -18,6 +18,7 @@ from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
 from model_zoo.training.candidates import candidate_columns, check_candidates
+from model_zoo.training.check_contents import check_contents
 from model_zoo.training.check_values import check_values
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
 from model_zoo.training.chosen_rows import ChosenRows, choose_rows
@@ -59,7 +60,10 @@ def open_data(
     fabric: Fabric,
     progress: TrainingProgress,
 ) -> TrainingData:
-    """Check a dataset and open its loaders; rank 0 alone looks for NaN.
+    """Check a dataset and open its loaders.
+
+    All that will be read is compared with its digest, and looked through for NaN, by the first
+    rank of each machine, since each may have a copy of its own.
 
     Raises:
         ZooError: The dataset does not fit the model or the recipe.
@@ -69,13 +73,19 @@ def open_data(
     check_declared(index, model, name, str(folder))
     labels = {split: read_labels(folder, split) for split in SPLITS}
     check_forward(model, Dataset(folder, VALIDATION, model.columns), name)
-    if fabric.global_rank == 0:
+    columns = {
+        TRAIN: _training_columns(index, folder, model, recipe),
+        VALIDATION: (*model.columns, *LABEL_COLUMNS),
+    }
+    if fabric.local_rank == 0:
         for split in SPLITS:
+            check_contents(folder, split, columns[split], progress)
             check_values(Dataset(folder, split, model.columns), progress)
     fabric.barrier()
+    rows = {split: Dataset(folder, split, columns[split]) for split in SPLITS}
     return TrainingData(
-        _training(index, folder, labels[TRAIN], model, recipe, machine, fabric),
-        _validation(folder, labels[VALIDATION], model, recipe, machine, fabric),
+        _training(rows[TRAIN], labels[TRAIN], model, recipe, machine, fabric),
+        _validation(rows[VALIDATION], labels[VALIDATION], recipe, machine, fabric),
         balance_rows(labels[TRAIN], recipe.balance),
         index.columns,
         index.dataset_digest,
@@ -83,49 +93,51 @@ def open_data(
     )
 
 
+def _preparation(index: DatasetIndex, recipe: Recipe) -> Preparation:
+    asked = recipe.augmentation
+    augmentation = None if asked is None else sensor_settings(index, asked)
+    return Preparation(augmentation, recipe.seed, recipe.candidates)
+
+
+def _training_columns(
+    index: DatasetIndex, folder: Path, model: SuccessModel, recipe: Recipe
+) -> tuple[str, ...]:
+    offered = [column.name for column in index.columns]
+    others = candidate_columns(model, recipe.candidates, offered, str(folder))
+    if others:
+        check_candidates(folder, TRAIN, recipe.candidates, model.horizon)
+    prepared = _preparation(index, recipe).columns(model.columns, offered, str(folder))
+    return (*prepared, *LABEL_COLUMNS, *others)
+
+
 def _training(
-    index: DatasetIndex,
-    folder: Path,
+    dataset: Dataset,
     labels: Labels,
     model: SuccessModel,
     recipe: Recipe,
     machine: Machine,
     fabric: Fabric,
 ) -> BatchLoader:
-    asked = recipe.augmentation
-    augmentation = None if asked is None else sensor_settings(index, asked)
-    preparation = Preparation(augmentation, recipe.seed, recipe.candidates)
-    offered = [column.name for column in index.columns]
-    others = candidate_columns(model, recipe.candidates, offered, str(folder))
-    if others:
-        check_candidates(folder, TRAIN, recipe.candidates, model.horizon)
-    columns = (*preparation.columns(model.columns, offered, str(folder)), *LABEL_COLUMNS, *others)
     rows = choose_rows(labels, recipe.balance)
-    _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(folder))
+    _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(dataset.path))
     _check_normalised(model, recipe.batch_size)
     return BatchLoader(
-        ChosenRows(Dataset(folder, TRAIN, columns), rows),
+        ChosenRows(dataset, rows),
         recipe.batch_size,
         seed=recipe.seed,
         rank=fabric.global_rank,
         world_size=fabric.world_size,
         tail="drop",
         workers=machine.workers,
-        transform=preparation,
+        transform=_preparation(dataset.index, recipe),
     )
 
 
 def _validation(
-    folder: Path,
-    labels: Labels,
-    model: SuccessModel,
-    recipe: Recipe,
-    machine: Machine,
-    fabric: Fabric,
+    dataset: Dataset, labels: Labels, recipe: Recipe, machine: Machine, fabric: Fabric
 ) -> BatchLoader:
-    columns = (*model.columns, *LABEL_COLUMNS)
     return BatchLoader(
-        ChosenRows(Dataset(folder, VALIDATION, columns), choose_rows(labels, "none")),
+        ChosenRows(dataset, choose_rows(labels, "none")),
         recipe.batch_size,
         rank=fabric.global_rank,
         world_size=fabric.world_size,

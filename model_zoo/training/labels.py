@@ -46,7 +46,7 @@ def read_labels(folder: Path, split: str) -> Labels:
         ZooError: The judged steps of the split are all of one class, there are none, or a label
             is neither 0 nor 1.
     """
-    rows = Dataset(folder, split, LABEL_COLUMNS, check="crc")
+    rows = Dataset(folder, split, LABEL_COLUMNS, check="sha256")
     arrays = rows.batch(np.arange(len(rows)))
     where, mask = f"{folder}: split {split!r}", arrays[MASK].astype(bool)
     check_binary(arrays[SUCCESS], mask, f"{where}: {SUCCESS}")

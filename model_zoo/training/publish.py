@@ -73,8 +73,8 @@ def _metrics(
 
     All but ``loss``, which is that of the epoch, are of the calibrated model.
     """
-    fitted = isinstance(calibration, Calibration)
-    log_odds = predictions.logits / (calibration.temperature if fitted else 1.0)
+    temperature = calibration.temperature if isinstance(calibration, Calibration) else 1.0
+    log_odds = predictions.logits / temperature
     scored = (log_odds, predictions.success, predictions.mask)
     timing = {"seconds", "samples_per_s", "data_wait_share"}
     return {

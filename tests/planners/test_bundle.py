@@ -151,11 +151,31 @@ def test_a_longer_file_is_not_read(copy: Path) -> None:
         load_bundle(copy)
 
 
-def test_a_link_is_not_followed(copy: Path, bundle_path: Path) -> None:
-    (copy / ENCODE_GRAPH).unlink()
-    (copy / ENCODE_GRAPH).symlink_to(bundle_path / ENCODE_GRAPH)
-    with pytest.raises(PlannerError, match="expected a plain file"):
+def test_a_link_is_followed_where_the_user_says_and_its_digest_is_checked(
+    copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = tmp_path / "disk" / "graph"
+    disk.parent.mkdir()
+    (copy / ENCODE_GRAPH).rename(disk)
+    (copy / ENCODE_GRAPH).symlink_to(disk)
+    with pytest.raises(PlannerError, match=f"a link to {disk}, .* GRASPE_LINKS={disk.parent} "):
         load_bundle(copy)
+    monkeypatch.setenv("GRASPE_LINKS", str(disk.parent))
+    load_bundle(copy)
+    disk.write_bytes(disk.read_bytes()[:-1] + b"x")
+    with pytest.raises(PlannerError, match=f"{ENCODE_GRAPH}: SHA-256"):
+        load_bundle(copy)
+
+
+def test_a_bundle_in_a_hubs_cache_is_loaded(copy: Path, tmp_path: Path) -> None:
+    repository = tmp_path / "models--group--paad"
+    snapshot = repository / "snapshots" / "0a1b"
+    (repository / "blobs").mkdir(parents=True)
+    snapshot.mkdir(parents=True)
+    for number, file in enumerate(sorted(copy.iterdir())):
+        file.rename(repository / "blobs" / str(number))
+        (snapshot / file.name).symlink_to(f"../../blobs/{number}")
+    assert load_bundle(snapshot).path == snapshot
 
 
 @pytest.mark.parametrize("name", ["../other.onnx", "/elsewhere/other.onnx"])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import hashlib
 import os
 import pickle
 import threading
@@ -15,6 +16,7 @@ from graspe_data.errors import ShardError
 from graspe_data.shards import Dataset
 from graspe_data.shards.aligned_npz import NpzMap, map_npz, write_npz
 from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.verify import verify_dataset
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -181,5 +183,39 @@ def test_a_link_out_of_the_folder_is_refused(dataset_path: Path, tmp_path: Path)
     shard = dataset_path / "train" / "00000.npz"
     shard.rename(tmp_path / "elsewhere.npz")
     shard.symlink_to(tmp_path / "elsewhere.npz")
-    with pytest.raises(ShardError, match="leads out of the dataset's folder"):
+    with pytest.raises(ShardError, match=r"a link to .*elsewhere\.npz, which lies out of"):
         Dataset(dataset_path, "train").row(0)
+    faults = verify_dataset(dataset_path)
+    assert [fault.shard for fault in faults] == ["train/00000.npz"]
+    assert "GRASPE_LINKS=" in faults[0].found
+
+
+def hub_layout(dataset_path: Path, cache: Path) -> Path:
+    """The files as a hub's cache lays them: under their digest, and links of their names."""
+    repository = cache / "datasets--group--drives"
+    folder = repository / "snapshots" / "0a1b" / "dataset"
+    (repository / "blobs").mkdir(parents=True)
+    for file in sorted(path for path in dataset_path.rglob("*") if path.is_file()):
+        blob = repository / "blobs" / hashlib.sha256(file.read_bytes()).hexdigest()
+        blob.write_bytes(file.read_bytes())
+        link = folder / file.relative_to(dataset_path)
+        link.parent.mkdir(parents=True, exist_ok=True)
+        link.symlink_to(os.path.relpath(blob, link.parent))
+    return folder
+
+
+def test_a_dataset_in_a_hubs_cache_is_read_and_its_digests_are_checked(
+    dataset_path: Path, tmp_path: Path
+) -> None:
+    folder = hub_layout(dataset_path, tmp_path / "hub")
+    assert verify_dataset(folder) == []
+    found = Dataset(folder, "train", check="sha256").batch(range(23))
+    plain = Dataset(dataset_path, "train").batch(range(23))
+    assert all(np.array_equal(found[name], plain[name]) for name in plain)
+    blob = (folder / "train" / "00008.npz").resolve()
+    content = bytearray(blob.read_bytes())
+    content[len(content) // 2] ^= 1
+    blob.write_bytes(content)
+    assert [fault.shard for fault in verify_dataset(folder)] == ["train/00008.npz"]
+    with pytest.raises(ShardError, match="its sha256 does not match"):
+        list(Dataset(folder, "train", check="sha256").check_shards())

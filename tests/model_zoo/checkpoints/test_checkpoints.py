@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -74,8 +75,8 @@ def test_log_odds_tell_apart_what_probabilities_do_not(write_tiny: Write) -> Non
     checkpoint = load_checkpoint(write_tiny(model=model, calibration=cold))
     raw, found = checkpoint.model.logits(OBSERVATION), checkpoint.log_odds(OBSERVATION)
     assert torch.allclose(found, raw.double() / 0.05)
-    assert len(found.unique()) == found.numel()
-    assert len(checkpoint.predict(OBSERVATION).unique()) < found.numel()
+    assert len(set(found.flatten().tolist())) == found.numel()
+    assert len(set(checkpoint.predict(OBSERVATION).flatten().tolist())) < found.numel()
 
 
 def test_the_same_arguments_give_the_same_bytes(write_tiny: Write) -> None:
@@ -234,3 +235,26 @@ def test_data_of_another_shape_is_refused(write_tiny: Write) -> None:
     long = INPUTS[0].model_copy(update={"shape": (50, 2)})
     with pytest.raises(ZooError, match=r"expects float32 \(4, 2\), found float32 \(50, 2\)"):
         config.check_columns((long, INPUTS[1]), "data")
+
+
+def test_a_checkpoint_of_links_is_loaded_from_a_hubs_cache_or_where_the_user_says(
+    write_tiny: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = write_tiny()
+    digest = load_checkpoint(plain).digest
+    repository = tmp_path / "models--group--tiny"
+    snapshot, elsewhere = repository / "snapshots" / "0a1b", tmp_path / "elsewhere"
+    for folder in (repository / "blobs", snapshot, elsewhere):
+        folder.mkdir(parents=True)
+    for file in sorted(plain.iterdir()):
+        shutil.copy(file, repository / "blobs" / file.name)
+        (snapshot / file.name).symlink_to(f"../../blobs/{file.name}")
+        (elsewhere / file.name).symlink_to(repository / "blobs" / file.name)
+    assert load_checkpoint(snapshot).digest == digest
+    with pytest.raises(ZooError, match=r"a link to .* GRASPE_LINKS="):
+        load_checkpoint(elsewhere)
+    monkeypatch.setenv("GRASPE_LINKS", str(repository / "blobs"))
+    assert load_checkpoint(elsewhere).digest == digest
+    (repository / "blobs" / "metrics.json").write_text("{}")
+    with pytest.raises(ZooError, match=r"metrics\.json: has 2 bytes"):
+        load_checkpoint(elsewhere)

@@ -230,7 +230,7 @@ def test_a_flipped_bit_is_found(write_tiny: Write, dataset: Path, column: str) -
     content = bytearray(shard.read_bytes())
     content[content.index(stored)] ^= 1
     shard.write_bytes(content)
-    with pytest.raises(ShardError, match=f"{column}: its crc does not match"):
+    with pytest.raises(ShardError, match=f"{column}: its sha256 does not match"):
         evaluated(write_tiny(), dataset)
 
 

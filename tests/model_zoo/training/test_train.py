@@ -249,7 +249,7 @@ def test_a_damaged_column_is_found_before_training(tmp_path: Path, name: str) ->
     flipped = bytes([sound[0] ^ 1]) + sound[1:]
     assert shard.read_bytes().count(sound) == 1
     shard.write_bytes(shard.read_bytes().replace(sound, flipped))
-    with pytest.raises(ShardError, match=f"{name}: its crc does not match"):
+    with pytest.raises(ShardError, match=f"{name}: its sha256 does not match"):
         train_tiny(folder, tmp_path / "out")
 
 
