@@ -40,8 +40,8 @@ def read_bundle_files(folder: Path) -> tuple[BundleContract, Mapping[str, bytes]
         The contract, and the bytes of ``ENCODE_GRAPH`` and ``SCORE_GRAPH``.
 
     Raises:
-        PlannerError: A file is missing, a link that is not followed, not what the seal says, or does
-            not validate.
+        PlannerError: A file is missing, a link that is not followed, not what the seal says, or
+            does not validate.
     """
     seal = _parsed(folder / SEAL_FILE, _read(folder / SEAL_FILE, LARGEST_DOCUMENT), BundleSeal)
     if set(seal.files) != SEALED_FILES:

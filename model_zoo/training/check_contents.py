@@ -16,7 +16,8 @@ def check_contents(
 
     SHA-256 and not the CRC-32 that lies in the shard: a shard in another's place fits its own CRC.
     And each time, without a note beside the dataset that it was sound: pictures then lie in the
-    page cache, where the first epoch finds them. ``benchmarks/bench_loading.py`` has the cost.
+    page cache, where the first epoch finds them. ``benchmarks/results/check_contents.md``
+    has the cost.
 
     Args:
         folder: The dataset.
