@@ -1,4 +1,4 @@
-"""What it costs to compare a dataset with its digests before a training: rows of 350 kB a second."""
+"""What it costs to compare a dataset with its digests before a training."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def main() -> None:
         }
         rates = best_rates(kinds, ROWS, REPEATS)
     lines = [
-        f"`python -m benchmarks.check_contents`: {ROWS} rows of 350 kB, warm page cache, one process, the best of {REPEATS}.",
+        f"`python -m benchmarks.check_contents`: {ROWS} rows of 350 kB, warm page cache.",
         "",
         "| what | rows/s | seconds for 100,000 rows |",
         "| --- | --- | --- |",

@@ -16,6 +16,7 @@ from model_zoo.models.nmfnet import Nmfnet
 from model_zoo.models.nmfnet_family import NmfnetSettings
 from model_zoo.models.nmfnet_trajectory import NmfnetTrajectory, NmfnetTrajectorySettings
 from model_zoo.models.paad import Paad, PaadSettings
+from model_zoo.planned_model import plan_model
 
 
 class _Entry(NamedTuple):
@@ -78,10 +79,16 @@ def create_model(name: str, preset: str = "paper", **overrides: Any) -> SuccessM
         overrides: Settings that differ; see :func:`model_settings`.
 
     Raises:
-        ZooError: An unknown name, preset or setting, or a value that does not fit.
+        ZooError: An unknown name, preset or setting, a value that does not fit, or values that
+            together make no model.
     """
     settings = model_settings(name, preset, **overrides)
-    return MODELS[name].build(settings)
+
+    def make() -> SuccessModel:
+        return MODELS[name].build(settings)
+
+    plan_model(make, f"{name}, preset {preset}")
+    return make()
 
 
 def _presets(name: str) -> dict[str, dict[str, Any]]:

@@ -16,9 +16,9 @@ from graspe_data.manifest import Settings
 class ImageReliabilitySettings(Settings):
     """Weights of equation (2), the corner count that saturates it, FAST's threshold in grey."""
 
-    brightness_weight: float = 0.5
-    corner_weight: float = 0.5
-    saturation_corners: Annotated[int, Field(gt=0)] = 1000
+    brightness_weight: Annotated[float, Field(ge=0, le=1000)] = 0.5
+    corner_weight: Annotated[float, Field(ge=0, le=1000)] = 0.5
+    saturation_corners: Annotated[int, Field(gt=0, le=1_000_000)] = 1000
     fast_threshold: Annotated[int, Field(gt=0, lt=256)] = 10
 
 

@@ -16,10 +16,10 @@ class LaserScanSettings(Settings):
 
     rays: Annotated[int, Field(gt=0, le=65536)] = 720
     half_angle: Annotated[float, Field(gt=0, le=np.pi)] = np.pi / 2
-    minimum_height: float = 0.15
-    maximum_height: float = 1.2
-    minimum_range: Annotated[float, Field(ge=0)] = 0.3
-    maximum_range: Annotated[float, Field(gt=0)] = 10.0
+    minimum_height: Annotated[float, Field(ge=-1000, le=1000)] = 0.15
+    maximum_height: Annotated[float, Field(ge=-1000, le=1000)] = 1.2
+    minimum_range: Annotated[float, Field(ge=0, le=10_000)] = 0.3
+    maximum_range: Annotated[float, Field(gt=0, le=10_000)] = 10.0
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

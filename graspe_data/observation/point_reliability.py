@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from graspe_data.manifest import Settings
 
@@ -19,10 +19,10 @@ class PointReliabilitySettings(Settings):
     weights the measure would rise in tall grass.
     """
 
-    planar_below: float = 0.01
-    edge_above: float = 0.1
-    edge_weight: float = 0.2
-    planar_weight: float = 1.0
+    planar_below: Annotated[float, Field(ge=0, le=1_000_000)] = 0.01
+    edge_above: Annotated[float, Field(ge=0, le=1_000_000)] = 0.1
+    edge_weight: Annotated[float, Field(ge=0, le=1000)] = 0.2
+    planar_weight: Annotated[float, Field(ge=0, le=1000)] = 1.0
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import load_file
-from torch.overrides import TorchFunctionMode
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
+from model_zoo.planned_model import plan_model
 
 _DTYPES = {
     torch.float64: "F64",
@@ -47,7 +46,7 @@ def load_weights(
             missing, unknown, or of another shape or dtype.
     """
     stored = _stored_layout(file)
-    planned = _plan(file, make)
+    planned = plan_model(make, str(file.parent / "config.json"))
     _compare(file, _layout(planned), stored)
     found = sum(parameter.numel() for parameter in planned.parameters())
     if parameters not in (None, found):
@@ -57,36 +56,6 @@ def load_weights(
     model = make()
     model.load_state_dict(load_file(file))
     return model
-
-
-def _plan(file: Path, make: Callable[[], SuccessModel]) -> SuccessModel:
-    try:
-        with _WithoutMemory():
-            return make()
-    except (RuntimeError, OverflowError, MemoryError) as error:
-        reason = (str(error).splitlines() or ["no memory"])[0]
-        raise ZooError(
-            f"{file.parent / 'config.json'}: its numbers make no model: {reason}. {_OTHER}"
-        ) from error
-
-
-class _WithoutMemory(TorchFunctionMode):
-    """Puts tensors that are made to be filled, as weights are, on the ``meta`` device.
-
-    Tensors that are computed, as tables kept in buffers are, stay real: not all of torch works on
-    that device.
-    """
-
-    def __torch_function__(
-        self,
-        func: Callable[..., Any],
-        types: Iterable[type],
-        args: tuple[Any, ...] = (),
-        kwargs: dict[str, Any] | None = None,
-    ) -> Any:
-        """Call a function of torch."""
-        device = {"device": "meta"} if func is torch.empty else {}
-        return func(*args, **{**(kwargs or {}), **device})
 
 
 def _stored_layout(file: Path) -> _Layout:

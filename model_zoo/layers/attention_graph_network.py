@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import torch
 from pydantic import Field
 from torch import Tensor, nn
 from torch.nn.functional import elu
 
 from graspe_data.manifest import Settings
+from model_zoo.bounds import NO_TRUTH, Heads, Share, Units, Width
 from model_zoo.layers.dense_gat import DenseGat
 from model_zoo.layers.dense_gcn import DenseGcn, degree_scale
 from model_zoo.layers.reliability_graph import FeatureCounts, ReliabilityGraph
@@ -32,13 +35,13 @@ class AttentionGraphSettings(Settings):
             tells scenes apart, and is not learned.
     """
 
-    decay: float = Field(default=5.0, gt=0)
-    focus: float | None = Field(default=12.0, ge=0, le=100)
-    channels: int = 16
-    heads: int = 4
-    head_channels: int = 4
-    dropout: float = 0.5
-    hidden: int = 128
+    decay: Annotated[float, Field(gt=0, le=1000), NO_TRUTH] = 5.0
+    focus: Annotated[float, Field(ge=0, le=100), NO_TRUTH] | None = 12.0
+    channels: Width = 16
+    heads: Heads = 4
+    head_channels: Width = 4
+    dropout: Share = 0.5
+    hidden: Units = 128
     normalise: bool = True
 
 

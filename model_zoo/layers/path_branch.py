@@ -45,6 +45,16 @@ class PathBranch(nn.Module):
         return maps
 
 
+def check_path_rows(rows: int, height: int) -> None:
+    """Refuse to read more rows than the trajectory image has.
+
+    Raises:
+        ValueError: It says how many there are.
+    """
+    if rows > height:
+        raise ValueError(f"path_rows {rows} are more than the {height} rows of the picture")
+
+
 def _convolution(before: int, after: int) -> tuple[nn.Module, nn.Module]:
     return nn.Conv2d(before, after, 3, stride=2, padding=1), nn.ReLU()
 

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Points, Share, Units
 from model_zoo.layers.pointwise_maximum import PointwiseMaximum
 from model_zoo.layers.pointwise_stack import PointwiseStack
 
@@ -24,12 +25,12 @@ class PointNetSettings(Settings):
         chunk: Points whose activations are held at once outside training.
     """
 
-    channels: tuple[int, int, int] = (64, 128, 1024)
-    hidden: tuple[int, int] = (512, 256)
+    channels: tuple[Units, Units, Units] = (64, 128, 1024)
+    hidden: tuple[Units, Units] = (512, 256)
     align_input: bool = True
     align_features: bool = True
-    dropout: float = 0.3
-    chunk: int = 1024
+    dropout: Share = 0.3
+    chunk: Points = 1024
 
 
 class PointFeatures(NamedTuple):

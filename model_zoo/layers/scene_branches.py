@@ -9,7 +9,9 @@ from pydantic import Field
 from torch import Tensor, nn
 from torch.nn.functional import conv2d, linear, relu
 
+from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Beams, Metres, Points, Shrink, Side, Units, Width
 from model_zoo.contract import Observation
 from model_zoo.distance_map import DistanceMap
 from model_zoo.layers.pointnet import PointNetSettings, PointNetTrunk
@@ -19,9 +21,6 @@ from model_zoo.point_choice import choose_points, nearby_points
 from model_zoo.point_scale import bounded
 
 COLUMNS = ("image", "points", "point_count", "laser_scan")
-
-Count = Annotated[int, Field(gt=0)]
-Metres = Annotated[float, Field(gt=0)]
 
 
 class SceneSettings(Settings):
@@ -42,16 +41,16 @@ class SceneSettings(Settings):
         map_depth: Metres that it reaches ahead.
     """
 
-    picture_size: tuple[Count, Count] = (240, 320)
-    shrink: Count = 1
-    width: Count = 32
-    point_number: Count = 10_000
+    picture_size: tuple[Side, Side] = (240, 320)
+    shrink: Shrink = 1
+    width: Width = 32
+    point_number: Points = 10_000
     point_reach: Metres | None = None
     point_range: Metres = 3.0
     point_net: PointNetSettings = PointNetSettings()
-    fusion: tuple[Count, Count] = (256, 128)
-    beams: Count = 720
-    map_pixels: Annotated[Count, Field(le=2048)] = 200
+    fusion: tuple[Units, Units] = (256, 128)
+    beams: Beams = 720
+    map_pixels: Annotated[int, Field(strict=True, ge=8, le=2048)] = 200
     map_depth: Metres = 10.0
 
 
@@ -74,7 +73,11 @@ class SceneBranches(nn.Module):
     """
 
     def __init__(self, settings: SceneSettings) -> None:
-        """Make the branches with random weights."""
+        """Make the branches with random weights.
+
+        Raises:
+            ZooError: The picture is too small.
+        """
         super().__init__()
         self.settings = settings
         self.image = ResNet8(3, settings.width)
@@ -86,6 +89,11 @@ class SceneBranches(nn.Module):
         rows, columns = ResNet8.feature_size(
             *(side // settings.shrink for side in settings.picture_size)
         )
+        if rows < 1 or columns < 1:
+            raise ZooError(
+                f"a picture of {settings.picture_size} shrunk by {settings.shrink} is too small: "
+                "ResNet8 makes nothing of it. Take a larger one, or shrink it less."
+            )
         map_side, _ = ResNet8.feature_size(settings.map_pixels, settings.map_pixels)
         self.length = settings.fusion[1] * rows * columns + 4 * settings.width * map_side**2
 

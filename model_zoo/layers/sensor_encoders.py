@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import torch
-from pydantic import Field
 from torch import Tensor, nn
 
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Metres, Points, Shrink, Side, Units, Width
 from model_zoo.contract import Features, Observation
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
 from model_zoo.layers.reliability_graph import FeatureCounts
@@ -41,13 +41,13 @@ class SensorEncoderSettings(Settings):
             hardly leave 0.5 at first, all edges weigh the same, and training does not begin.
     """
 
-    picture_size: tuple[int, int] = (240, 320)
-    shrink: int = Field(default=1, ge=1)
-    image_width: int = 64
-    image_reduction: int = 16
-    point_number: int = 10_000
-    point_reach: float | None = Field(default=None, gt=0)
-    point_range: float = Field(default=3.0, gt=0)
+    picture_size: tuple[Side, Side] = (240, 320)
+    shrink: Shrink = 1
+    image_width: Width = 64
+    image_reduction: Units = 16
+    point_number: Points = 10_000
+    point_reach: Metres | None = None
+    point_range: Metres = 3.0
     points: PointNetSettings = PointNetSettings()
     velocity: VelocityNetSettings = VelocityNetSettings()
     trajectory: TrajectoryNetSettings = TrajectoryNetSettings()

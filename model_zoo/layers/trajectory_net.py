@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import cast
+from typing import Annotated, cast
 
 import torch
 from pydantic import Field
@@ -12,6 +12,7 @@ from torch.nn.functional import conv2d, embedding_bag, pad
 
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Width
 
 _WINDOWED = 6
 """Layers up to the map of which each place sees a window of its own."""
@@ -28,8 +29,8 @@ class TrajectoryNetSettings(Settings):
         first_stride: Of the first convolution: 2, or 1 for pictures of half the size.
     """
 
-    channels: tuple[int, int] = (8, 16)
-    first_stride: int = Field(default=2, ge=1, le=4)
+    channels: tuple[Width, Width] = (8, 16)
+    first_stride: Annotated[int, Field(strict=True, ge=1, le=4)] = 2
 
 
 class TrajectoryNet(nn.Module):

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Kernel, Steps, Width
 
 DILATIONS = (3, 2, 2, 2)
 
@@ -24,9 +25,9 @@ class VelocityNetSettings(Settings):
         kernel: Of each of them.
     """
 
-    steps: int = 50
-    channels: tuple[int, int, int, int] = (8, 16, 8, 2)
-    kernel: int = 11
+    steps: Steps = 50
+    channels: tuple[Width, Width, Width, Width] = (8, 16, 8, 2)
+    kernel: Kernel = 11
 
 
 class VelocityNet(nn.Module):

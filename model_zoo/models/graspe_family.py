@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from pydantic import Field
 from torch import Tensor
 
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Steps, Weight
 from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.pointnet import orthogonality_penalty
 from model_zoo.layers.reliability_graph import FeatureCounts
@@ -24,9 +24,9 @@ class GraspeFamilySettings(Settings):
         orthogonality: Weight of the penalty on PointNet's feature transform, where it has one.
     """
 
-    horizon: int = Field(default=10, ge=1)
+    horizon: Steps = 10
     encoders: SensorEncoderSettings = SensorEncoderSettings()
-    orthogonality: float = Field(default=0.001, ge=0)
+    orthogonality: Weight = 0.001
 
 
 class GraspeFamily(SuccessModel):

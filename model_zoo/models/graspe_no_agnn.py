@@ -5,6 +5,7 @@ from __future__ import annotations
 from torch import Tensor, nn
 
 from graspe_data.manifest import Settings
+from model_zoo.bounds import Kernel, Share, Units, Width
 from model_zoo.contract import Observation
 from model_zoo.layers.sensor_encoders import COLUMNS
 from model_zoo.models.graspe_family import GraspeFamily, GraspeFamilySettings
@@ -24,10 +25,10 @@ class ConvolutionSettings(Settings):
         normalise: As A-GNN's.
     """
 
-    channels: int = 16
-    kernel: int = 3
-    dropout: float = 0.5
-    hidden: int = 128
+    channels: Width = 16
+    kernel: Kernel = 3
+    dropout: Share = 0.5
+    hidden: Units = 128
     normalise: bool = True
 
 

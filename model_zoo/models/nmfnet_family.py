@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import Field
 from torch import Tensor
 
+from model_zoo.bounds import Share, Steps, Weight
 from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.pointnet import orthogonality_penalty
 from model_zoo.layers.scene_branches import SceneBranches, SceneSettings
@@ -22,9 +20,9 @@ class NmfnetSettings(SceneSettings):
         orthogonality: Weight of the penalty on PointNet's feature transform, where it has one.
     """
 
-    horizon: Annotated[int, Field(gt=0)] = 10
-    dropout: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    orthogonality: Annotated[float, Field(ge=0)] = 0.001
+    horizon: Steps = 10
+    dropout: Share = 0.5
+    orthogonality: Weight = 0.001
 
 
 class NmfnetFamily(SuccessModel):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import ClassVar, Self
 
-from pydantic import Field
+from pydantic import model_validator
 from torch import Tensor, nn
 from torch.nn.functional import linear
 
+from model_zoo.bounds import Side, Units
 from model_zoo.contract import Features, Observation
-from model_zoo.layers.path_branch import PathBranch
+from model_zoo.layers.path_branch import PathBranch, check_path_rows
 from model_zoo.layers.scene_branches import COLUMNS
 from model_zoo.models.nmfnet_family import NmfnetFamily, NmfnetSettings
 
@@ -22,8 +23,13 @@ class NmfnetTrajectorySettings(NmfnetSettings):
         path_features: Length of the path's vector.
     """
 
-    path_rows: Annotated[int, Field(gt=0)] = 128
-    path_features: Annotated[int, Field(gt=0)] = 64
+    path_rows: Side = 128
+    path_features: Units = 64
+
+    @model_validator(mode="after")
+    def _rows_of_the_picture(self) -> Self:
+        check_path_rows(self.path_rows, self.picture_size[0])
+        return self
 
 
 class NmfnetTrajectory(NmfnetFamily):

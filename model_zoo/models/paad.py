@@ -10,17 +10,27 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.bounds import (
+    NO_TRUTH,
+    Beams,
+    Heads,
+    Metres,
+    Share,
+    Shrink,
+    Side,
+    Steps,
+    Units,
+    Width,
+)
 from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.layers.attention_fusion import AttentionFusion
 from model_zoo.layers.image_branch import ImageBranch
-from model_zoo.layers.path_branch import PathBranch
+from model_zoo.layers.path_branch import PathBranch, check_path_rows
 from model_zoo.layers.svae import Posterior, ScanAutoencoder
 from model_zoo.picture_input import normalised_picture
 from model_zoo.scan_input import clipped_scan
 
 ALPHA_PER_BATCH = 0.01
-
-Count = Annotated[int, Field(gt=0)]
 
 
 class PaadSettings(Settings):
@@ -45,24 +55,25 @@ class PaadSettings(Settings):
             batches of an epoch.
     """
 
-    horizon: Count = 10
-    picture_size: tuple[Count, Count] = (240, 320)
-    path_rows: Count = 128
-    shrink: Count = 1
-    trunk_width: Count = 64
+    horizon: Steps = 10
+    picture_size: tuple[Side, Side] = (240, 320)
+    path_rows: Side = 128
+    shrink: Shrink = 1
+    trunk_width: Width = 64
     freeze_trunk: bool = False
-    beams: Count = 720
-    scan_limit: Annotated[float, Field(gt=0)] = 4.5
-    hidden: Count = 128
-    features: Annotated[int, Field(gt=0, multiple_of=2)] = 64
-    heads: Count = 8
-    dropout: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    alpha: Literal["auto"] | Annotated[float, Field(gt=0)] = "auto"
+    beams: Beams = 720
+    scan_limit: Metres = 4.5
+    hidden: Units = 128
+    features: Annotated[int, Field(strict=True, ge=2, le=16_384, multiple_of=2)] = 64
+    heads: Heads = 8
+    dropout: Share = 0.5
+    alpha: Literal["auto"] | Annotated[float, Field(gt=0, le=1_000_000), NO_TRUTH] = "auto"
 
     @model_validator(mode="after")
-    def _whole_heads(self) -> Self:
+    def _sizes_fit(self) -> Self:
         if self.features % self.heads:
             raise ValueError(f"features {self.features} are no multiple of heads {self.heads}")
+        check_path_rows(self.path_rows, self.picture_size[0])
         return self
 
 

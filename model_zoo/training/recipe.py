@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -58,7 +59,7 @@ class Recipe(Settings):
     augmentation: AugmentationSettings | None = None
     patience: Count | None = 10
     precision: Literal["float32", "bf16"] = "float32"
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
     @model_validator(mode="after")
     def _something_to_rank(self) -> Self:
@@ -69,9 +70,18 @@ class Recipe(Settings):
     @field_validator("*", mode="before")
     @classmethod
     def _no_truth(cls, value: object) -> object:
-        if isinstance(value, bool):
-            raise ValueError(f"expected a number or a name, found {str(value).lower()}")  # noqa: TRY004
+        for where, truth in _truths(value):
+            raise ValueError(f"{where}expected a number or a name, found {str(truth).lower()}")
         return value
+
+
+def _truths(value: object, key: str = "") -> Iterator[tuple[str, bool]]:
+    """Every ``true`` and ``false`` in a value as it was given, and where it stands."""
+    if isinstance(value, bool):
+        yield f"{key}: " if key else "", value
+    pairs = enumerate(value) if isinstance(value, list | tuple) else ()
+    for inner, content in value.items() if isinstance(value, Mapping) else pairs:
+        yield from _truths(content, f"{key}.{inner}" if key else str(inner))
 
 
 def load_recipe(name: str | Path) -> Recipe:
