@@ -30,6 +30,7 @@ from model_zoo.export.bundle_folder import check_place, write_bundle
 from model_zoo.export.candidates import candidate_images
 from model_zoo.export.card import render_card
 from model_zoo.export.contract import bundle_contract, model_inputs, temperature
+from model_zoo.export.dependence import check_dependence
 from model_zoo.export.graphs import export_graphs
 from model_zoo.export.parity import check_parity
 from model_zoo.export.scenes import adverse_scenes, drawn_scenes, real_scenes
@@ -57,7 +58,7 @@ def export_bundle(
 
     Raises:
         ZooError: The checkpoint is damaged, the dataset is another, the model cannot be exported,
-            parity fails, or ``out`` cannot be written.
+            parity fails, its output does not depend on its inputs, or ``out`` cannot be written.
         ShardError: The dataset is none, or damaged.
     """
     check_place(out)
@@ -70,7 +71,9 @@ def export_bundle(
         loaded, assumptions, graphs.features, Tolerance(), thresholds or Thresholds()
     )
     scenes = [*bases, *adverse_scenes(bases[0])]
-    parity = check_parity(loaded, graphs, contract, scenes, candidate_images(contract), told)
+    candidates = candidate_images(contract)
+    check_dependence(loaded, contract, scenes, candidates)
+    parity = check_parity(loaded, graphs, contract, scenes, candidates, told)
     files = {
         ENCODE_GRAPH: graphs.encode,
         SCORE_GRAPH: graphs.score,

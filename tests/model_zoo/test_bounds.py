@@ -139,7 +139,11 @@ def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(n
         ("nmfnet", {"shrink": 64}, "is too small: ResNet8 makes nothing of it"),
         ("paad", {"shrink": 64}, "these numbers make no model"),
         ("paad", {"trunk_width": 1024, "hidden": 16384, "beams": 65536}, "parameters, expected at"),
-        ("nmfnet", {"point_net": {"channels": [16384] * 3, "hidden": [16384] * 2}}, "parameters, expected at most"),
+        (
+            "nmfnet",
+            {"point_net": {"channels": [16384] * 3, "hidden": [16384] * 2}},
+            "parameters, expected at most",
+        ),
     ],
 )
 def test_what_was_seen_to_go_wrong(name: str, changes: dict[str, Any], said: str) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
+from torch import Tensor
 
 from graspe_data.bundle_contract import (
     CONTRACT_FILE,
@@ -22,12 +25,15 @@ from graspe_data.bundle_contract import (
     BundleContract,
     BundleSeal,
 )
+from graspe_data.errors import ZooError
 from graspe_data.shards.dataset_manifest import read_index
-from model_zoo.checkpoints import load_checkpoint
+from model_zoo.checkpoints import Checkpoint, load_checkpoint
+from model_zoo.contract import Features, Observation, SuccessModel
 from model_zoo.export import export_bundle
+from model_zoo.export.graphs import Graphs
 from model_zoo.export.parity import ParityReport
 from model_zoo.registry import MODELS
-from tests.model_zoo.export.made import SHAPES, Made, write_made
+from tests.model_zoo.export.made import SHAPES, Made, lively_model, write_made
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -42,6 +48,50 @@ def test_a_model_becomes_a_bundle(name: str, dataset: Path, tmp_path: Path) -> N
     expect_parity_on_real_and_adverse_rows(made)
     expect_recorded_outputs_to_be_the_models(made)
     expect_no_trace_of_the_machine(made)
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("blind", ["to all", "to candidates"])
+def test_a_model_that_does_not_look_is_not_exported(
+    name: str, blind: str, dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model_zoo.export.export.export_graphs", no_graphs)
+    model = lively_model(name)
+    if blind == "to candidates":
+        if "trajectory_image" not in model.columns:
+            pytest.skip("it has none to look at")
+        model.score = blinded(model)  # type: ignore[method-assign]
+        monkeypatch.setattr("model_zoo.export.export.load_checkpoint", keep(model))
+    else:
+        last = [module for module in model.modules() if isinstance(module, torch.nn.Linear)][-1]
+        torch.nn.init.zeros_(last.weight)
+    checkpoint = write_made(tmp_path / "checkpoint", name, read_index(dataset), model=model)
+    said = r"same in \d scenes" if blind == "to all" else r"same of \d candidates"
+    with pytest.raises(ZooError, match=rf"{name}: its output is the {said}, .* No bundle was"):
+        export_bundle(checkpoint, tmp_path / "bundle", dataset)
+    assert not (tmp_path / "bundle").exists()
+
+
+def no_graphs(model: SuccessModel, temperature: float, example: Observation) -> Graphs:
+    return Graphs(b"", b"", {})
+
+
+def blinded(model: SuccessModel) -> Callable[[Features, Observation], Tensor]:
+    """Scores that are those of an empty trajectory image, whatever the candidates."""
+    score = model.score
+
+    def seen(features: Features, candidates: Observation) -> Tensor:
+        image = torch.zeros_like(candidates["trajectory_image"])
+        return score(features, {**candidates, "trajectory_image": image})
+
+    return seen
+
+
+def keep(model: SuccessModel) -> Callable[[Path], Checkpoint]:
+    def load(path: Path) -> Checkpoint:
+        return replace(load_checkpoint(path), model=model)
+
+    return load
 
 
 def expect_all_files_sealed(made: Made) -> None:
