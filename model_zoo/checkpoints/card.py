@@ -17,7 +17,7 @@ _CARD = """\
 Predicts from one observation of a ground robot how likely the trajectory it is about to drive is to
 succeed, step by step: probabilities (batch, {horizon}), 1 = success.
 
-{parameters:,} parameters. Trained on the dataset `{dataset_digest}`.
+{parameters:,} parameters. Trained on the dataset `{dataset_digest}`.{beginning}
 
 ## It reads
 
@@ -76,6 +76,7 @@ def render_card(
         horizon=config.horizon,
         parameters=config.parameters,
         dataset_digest=config.dataset_digest,
+        beginning=_beginning(config),
         columns="\n".join(columns),
         metrics=_bullets({name: value for name, value in metrics.items() if name != _HISTORY}),
         history=_epochs(metrics.get(_HISTORY)),
@@ -83,6 +84,13 @@ def render_card(
         recipe=_bullets(recipe),
         environment=_bullets(environment),
     )
+
+
+def _beginning(config: CheckpointConfig) -> str:
+    begun = config.begins_from
+    if begun is None:
+        return ""
+    return f"\nIt goes on from the checkpoint `{begun.checkpoint}`, after {begun.step:,} steps."
 
 
 def _describe(calibration: Calibration | Uncalibrated | None) -> str:

@@ -22,6 +22,18 @@ class InputColumn(Settings):
     shape: tuple[int, ...]
 
 
+class Beginning(Settings):
+    """The training that another began from.
+
+    Attributes:
+        checkpoint: SHA-256 that names what it came to.
+        step: Steps it had done.
+    """
+
+    checkpoint: Sha256
+    step: Annotated[int, Field(ge=1)]
+
+
 class CheckpointConfig(Settings):
     """What is needed to make the model again.
 
@@ -35,6 +47,7 @@ class CheckpointConfig(Settings):
         parameters: Trained and frozen numbers together.
         dataset_digest: Of the dataset it was trained on.
         assumptions: How that dataset's rows were made; None where it did not tell.
+        begins_from: The training that this one extends; None where it began with random weights.
     """
 
     format: Literal["graspe-checkpoint-1"] = "graspe-checkpoint-1"
@@ -46,6 +59,7 @@ class CheckpointConfig(Settings):
     parameters: Annotated[int, Field(ge=0)]
     dataset_digest: Sha256
     assumptions: Assumptions | None = None
+    begins_from: Beginning | None = None
 
     def check_columns(self, columns: Sequence[Column], where: str) -> None:
         """Refuse data that the model was not made for.

@@ -113,6 +113,15 @@ def read_description(folder: Path) -> tuple[CheckpointConfig, dict[str, Any]]:
     return _validated(folder / "config.json", CheckpointConfig), _recipe(folder)
 
 
+def checkpoint_digest(folder: Path) -> str:
+    """SHA-256 that names a whole checkpoint.
+
+    Raises:
+        ZooError: As :func:`read_description`.
+    """
+    return check_sealed(folder, _FILES)
+
+
 def load_checkpoint(path: Path | str) -> Checkpoint:
     """Load a checkpoint of :func:`write_checkpoint`; nothing pickled is read.
 

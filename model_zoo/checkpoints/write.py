@@ -19,7 +19,7 @@ from graspe_data.manifest import validate
 from graspe_data.shards.dataset_manifest import canonical_json
 from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.checkpoints.card import render_card
-from model_zoo.checkpoints.config import CheckpointConfig, input_columns
+from model_zoo.checkpoints.config import Beginning, CheckpointConfig, input_columns
 from model_zoo.checkpoints.environment import describe_environment
 from model_zoo.checkpoints.sealed_folder import write_sealed
 from model_zoo.contract import SuccessModel
@@ -38,6 +38,7 @@ def write_checkpoint(
     metrics: Mapping[str, JsonValue],
     calibration: Calibration | Uncalibrated | None,
     assumptions: Assumptions | None = None,
+    begins_from: Beginning | None = None,
 ) -> Path:
     """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
 
@@ -56,6 +57,7 @@ def write_checkpoint(
         metrics: Scores on validation rows.
         calibration: Fitted on validation rows, or why not; None gives probabilities as they are.
         assumptions: How the dataset's rows were made, for those who drive by the model.
+        begins_from: The training that this one extends, if it does.
 
     Returns:
         The folder.
@@ -74,6 +76,7 @@ def write_checkpoint(
             "parameters": sum(parameter.numel() for parameter in model.parameters()),
             "dataset_digest": dataset_digest,
             "assumptions": assumptions,
+            "begins_from": begins_from,
         }
     )
     environment = describe_environment()

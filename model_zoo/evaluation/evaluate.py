@@ -94,7 +94,7 @@ def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
         "model": checkpoint.config.model,
         "preset": checkpoint.config.preset,
         "seed": seed if isinstance(seed, int) else None,
-        "recipe": summarise_recipe(checkpoint.recipe),
+        "recipe": summarise_recipe(_recipe(checkpoint)),
         "steps": steps if isinstance(steps, int) and steps >= 0 else None,
         "parameters": checkpoint.config.parameters,
         "settings": digest_of(checkpoint.config.numbers),
@@ -102,3 +102,11 @@ def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
         "trained_on": checkpoint.config.dataset_digest,
         "temperature": None if calibration is None else calibration.temperature,
     }
+
+
+def _recipe(checkpoint: Checkpoint) -> Any:
+    """The recipe, and where a training that extends another began: its steps had another rate."""
+    begun = checkpoint.config.begins_from
+    if begun is None or not isinstance(checkpoint.recipe, Mapping):
+        return checkpoint.recipe
+    return {**checkpoint.recipe, "begins_at_step": begun.step}

@@ -12,6 +12,9 @@ from model_zoo.checkpoints.sealed_folder import SEAL_NAME
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import Identity
 
+CHECKPOINT_FOLDER = "checkpoint"
+"""In a run's folder."""
+
 
 def is_kept(folder: Path, identity: Identity, *, has_state: bool) -> bool:
     """Whether a training need not be done, since its checkpoint is there.
@@ -60,5 +63,6 @@ def _fault(folder: Path, identity: Identity) -> str:
         dataset=config.dataset_digest,
         recipe=recipe,
         ranks=identity.ranks,
+        begins_from=config.begins_from,
     )
     return "; ".join(identity.differences(then))

@@ -61,6 +61,7 @@ def publish(
             metrics=_metrics(predictions, calibration, state),
             calibration=calibration,
             assumptions=data.assumptions,
+            begins_from=identity.begins_from,
         )
     fabric.barrier()
     return calibration

@@ -9,6 +9,7 @@ from pydantic import JsonValue
 from torch import Tensor
 
 from graspe_data.manifest import Settings
+from model_zoo.checkpoints.config import Beginning
 from model_zoo.contract import SuccessModel
 from model_zoo.training.history import EpochRecord
 from model_zoo.training.meter import LossMeans
@@ -25,6 +26,7 @@ class Identity(Settings):
         dataset: The digest.
         recipe: How it is trained.
         ranks: Processes that share a step.
+        begins_from: The training that it extends; None where it begins with random weights.
     """
 
     model: str
@@ -33,6 +35,7 @@ class Identity(Settings):
     dataset: str
     recipe: Recipe
     ranks: int = 1
+    begins_from: Beginning | None = None
 
     def differences(self, then: Identity) -> list[str]:
         """What another training has otherwise, as sentences without their end."""

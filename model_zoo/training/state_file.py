@@ -29,6 +29,9 @@ from model_zoo.training.state_tensors import (
     state_digest,
 )
 
+STATE_FILE = "state.safetensors"
+"""In a run's folder."""
+
 
 class _Counts(Settings):
     format: Literal["graspe-training-1"] = "graspe-training-1"
@@ -113,12 +116,16 @@ class StateFile:
             return False
         if not self.path.is_file():
             raise ZooError(f"{self.path}: expected a file, found something else. {_ANEW}")
-        try:
-            with safe_open(self.path, framework="pt") as file:
-                self._counts(file.metadata() or {})
-        except (SafetensorError, OSError) as error:
-            raise ZooError(f"{self.path}: a damaged state: {error}. {_ANEW}") from error
+        self._counts(_metadata(self.path))
         return True
+
+    def step(self) -> int:
+        """Steps done, without its tensors.
+
+        Raises:
+            ZooError: As :meth:`is_there`.
+        """
+        return self._counts(_metadata(self.path)).step
 
     def _check_digest(self, metadata: Mapping[str, str], tensors: Weights) -> None:
         """States of former versions have no digest."""
@@ -132,14 +139,39 @@ class StateFile:
             )
 
     def _counts(self, metadata: Mapping[str, str]) -> _Counts:
-        try:
-            content = json.loads(metadata["counts"])
-            counts = validate(content, _Counts, str(self.path))
-        except (ManifestError, KeyError, ValueError) as error:
-            raise ZooError(f"{self.path}: no state of a training: {error}. {_ANEW}") from error
+        counts = _parsed(self.path, metadata)
         for what in self.identity.differences(counts.identity):
             raise ZooError(f"{self.path}: the training that began here differs: {what}. {_ANEW}")
         return counts
+
+
+def read_identity(path: Path) -> Identity:
+    """Of the training whose state lies in a file.
+
+    Raises:
+        ZooError: There is none, or it is damaged.
+    """
+    if not path.is_file():
+        raise ZooError(
+            f"{path}: missing, so {path.parent} is no run that can be extended. Give the folder of "
+            "a run as `graspe zoo train` leaves it."
+        )
+    return _parsed(path, _metadata(path)).identity
+
+
+def _metadata(path: Path) -> Mapping[str, str]:
+    try:
+        with safe_open(path, framework="pt") as file:
+            return file.metadata() or {}
+    except (SafetensorError, OSError) as error:
+        raise ZooError(f"{path}: a damaged state: {error}. {_ANEW}") from error
+
+
+def _parsed(path: Path, metadata: Mapping[str, str]) -> _Counts:
+    try:
+        return validate(json.loads(metadata["counts"]), _Counts, str(path))
+    except (ManifestError, KeyError, ValueError) as error:
+        raise ZooError(f"{path}: no state of a training: {error}. {_ANEW}") from error
 
 
 _ANEW = "Go on with what it began with, or give another folder to begin anew."

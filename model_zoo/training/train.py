@@ -17,19 +17,18 @@ from model_zoo.checkpoints.load import WEIGHTS_FILE
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
 from model_zoo.training.data import open_data
-from model_zoo.training.kept_checkpoint import is_kept
+from model_zoo.training.extension import FinishedTraining, open_finished
+from model_zoo.training.kept_checkpoint import CHECKPOINT_FOLDER, is_kept
 from model_zoo.training.machine import Machine, count_ranks, launch_fabric
 from model_zoo.training.progress import SilentProgress, TrainingProgress
 from model_zoo.training.publish import publish
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.run_lock import locked
 from model_zoo.training.state import Identity
-from model_zoo.training.state_file import StateFile
+from model_zoo.training.state_file import STATE_FILE, StateFile
 from model_zoo.training.step_seed import step_seed
 from model_zoo.training.summary import summarise
 from model_zoo.training.trainer import Trainer
-
-CHECKPOINT_FOLDER, STATE_FILE = "checkpoint", "state.safetensors"
 
 
 def train(
@@ -40,6 +39,7 @@ def train(
     out: Path,
     progress: TrainingProgress | None = None,
     machine: Machine | None = None,
+    begin: Path | None = None,
     /,
     **overrides: Any,
 ) -> Path:
@@ -56,6 +56,9 @@ def train(
         out: The run's folder, made if it is not there: the state, logs, and the checkpoint.
         progress: Is told how it goes.
         machine: What it runs on.
+        begin: The folder of a finished training of the same model, dataset and recipe, which this
+            one extends: it goes on from its last step, to the epochs that its own recipe names.
+            None begins with random weights.
         overrides: Settings of the model that differ from the preset's.
 
     Returns:
@@ -70,7 +73,7 @@ def train(
     torch.manual_seed(step_seed(recipe.seed, -1))
     model = create_model(model_name, preset, **overrides)
     named = (model_name, preset, numbers)
-    return train_model(model, *named, dataset, recipe, out, progress, machine)
+    return train_model(model, *named, dataset, recipe, out, progress, machine, begin)
 
 
 def check_run(model_name: str, preset: str, dataset: Path, recipe: Recipe, out: Path) -> None:
@@ -101,6 +104,7 @@ def train_model(
     out: Path,
     progress: TrainingProgress | None = None,
     machine: Machine | None = None,
+    begin: Path | None = None,
 ) -> Path:
     """Train any model that keeps the contract; see :func:`train`.
 
@@ -114,6 +118,7 @@ def train_model(
         out: As in :func:`train`.
         progress: As in :func:`train`.
         machine: As in :func:`train`.
+        begin: As in :func:`train`.
     """
     machine, progress = machine or Machine(), progress or SilentProgress()
     _make(out)
@@ -126,8 +131,11 @@ def train_model(
         recipe=recipe,
         ranks=fabric.world_size,
     )
+    finished = None if begin is None else open_finished(begin, identity, out)
+    if finished is not None:
+        identity = identity.model_copy(update={"begins_from": finished.beginning})
     with locked(out) if fabric.is_global_zero else nullcontext():
-        return _train(fabric, model, identity, dataset, out, progress, machine)
+        return _train(fabric, model, identity, dataset, out, progress, machine, finished)
 
 
 def _train(
@@ -138,6 +146,7 @@ def _train(
     out: Path,
     progress: TrainingProgress,
     machine: Machine,
+    finished: FinishedTraining | None,
 ) -> Path:
     file, checkpoint = StateFile(out / STATE_FILE, identity), out / CHECKPOINT_FOLDER
     recipe, name = identity.recipe, identity.model
@@ -146,8 +155,10 @@ def _train(
         progress.finish(f"{name} {identity.preset}: was finished before; {checkpoint}")
         return checkpoint
     data = open_data(dataset, model, name, recipe, machine, fabric, progress)
-    trainer = Trainer(fabric, model, data, recipe, machine, file, progress)
-    progress.start(f"{name} {identity.preset}", trainer.steps, trainer.state.step)
+    beginning = None if finished is None else finished.state
+    trainer = Trainer(fabric, model, data, recipe, machine, file, progress, beginning)
+    extends = "" if beginning is None else f", from {beginning.path.parent}"
+    progress.start(f"{name} {identity.preset}{extends}", trainer.steps, trainer.state.step)
     state = trainer.run()
     model.load_state_dict(state.best)
     calibration = publish(fabric, model, data, identity, state, checkpoint, progress)

@@ -40,11 +40,12 @@ class Trainer:
         machine: Machine,
         file: StateFile,
         progress: TrainingProgress,
+        beginning: StateFile | None = None,
     ) -> None:
-        """Set up, and go on from the state's file if there is one.
+        """Set up, and go on from the state's file if there is one, else from the beginning's.
 
         Raises:
-            ZooError: The file is damaged, or of another training.
+            ZooError: A file is damaged, or of another training, or the beginning has all steps.
         """
         self._fabric, self._data, self._recipe = fabric, data, recipe
         self._machine, self._file, self._progress = machine, file, progress
@@ -53,11 +54,24 @@ class Trainer:
         self.steps = min(recipe.epochs * batches, recipe.most_steps or recipe.epochs * batches)
         model.begin_training(batches)
         self._optimisation = Optimisation(fabric, model, recipe, data.weights)
-        self.state = file.read(model, self._optimisation.adam) or TrainingState()
+        self.state = self._read(model, beginning)
         data.training.resume(self.state.position, data.digest)
         self._reporter = Reporter(fabric, progress, self.state, self.steps)
         self._saved = time.monotonic()
         _check_warm_up(recipe, self.steps)
+
+    def _read(self, model: SuccessModel, beginning: StateFile | None) -> TrainingState:
+        found = self._file.read(model, self._optimisation.adam)
+        if found is not None or beginning is None:
+            return found or TrainingState()
+        begun = beginning.read(model, self._optimisation.adam) or TrainingState()
+        if begun.step >= self.steps or is_exhausted(begun.history, self._recipe.patience):
+            raise ZooError(
+                f"{beginning.path.parent}: its {begun.step} steps in {len(begun.history)} epochs "
+                f"are all that this recipe asks for ({self.steps} steps, patience "
+                f"{self._recipe.patience}). Give more epochs, most_steps or patience."
+            )
+        return begun
 
     @property
     def is_finished(self) -> bool:

@@ -17,7 +17,6 @@ from pipelines.commands.overrides import read_overrides
 from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
-    from model_zoo.contract import SuccessModel
     from model_zoo.evaluation.evaluation import Evaluation
     from model_zoo.evaluation.zoo_index import ZooIndex
     from model_zoo.training.console_progress import ConsoleTrainingProgress
@@ -50,7 +49,9 @@ def list_command(
         for name, presets in list_models().items()
     }
     sizes = {
-        name: {preset: _parameters(model) for preset, model in presets.items()}
+        name: {
+            preset: sum(p.numel() for p in model.parameters()) for preset, model in presets.items()
+        }
         for name, presets in models.items()
     }
     columns = {name: list(next(iter(made.values())).columns) for name, made in models.items()}
@@ -91,6 +92,15 @@ def train_command(
         ),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Instead of the recipe's.")] = None,
+    epochs: Annotated[
+        int | None, typer.Option(min=1, max=10**9, help="Instead of the recipe's.")
+    ] = None,
+    begin: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="RUN", help="A finished run: go on to more epochs, as a new run."
+        ),
+    ] = None,
     device: Device = "auto",
     workers: Readers = 1,
     threads: Threads = None,
@@ -100,11 +110,11 @@ def train_command(
         from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
         from model_zoo.training.train import train  # noqa: PLC0415
     asked = load_recipe(recipe)
-    if seed is not None:
-        asked = asked.model_copy(update={"seed": seed})
+    given = {"seed": seed, "epochs": epochs}
+    asked = asked.model_copy(update={key: n for key, n in given.items() if n is not None})
     machine, overrides = _machine(device, workers, threads), read_overrides(changes or [])
     with _training() as told:
-        checkpoint = train(model, preset, data, asked, out, told, machine, **overrides)
+        checkpoint = train(model, preset, data, asked, out, told, machine, begin, **overrides)
     typer.echo(f"{checkpoint}\nNext: graspe zoo evaluate {checkpoint} --data {data}")
 
 
@@ -229,10 +239,6 @@ def _machine(device: Literal["auto", "cpu", "cuda"], workers: int, threads: int 
 def _scores(index: ZooIndex, name: str, presets: Iterable[str]) -> dict[str, float | None]:
     """AU-ROC of each preset in the index, None where it has none."""
     return {preset: index.mean_au_roc(name, preset) for preset in presets}
-
-
-def _parameters(model: SuccessModel) -> int:
-    return sum(parameter.numel() for parameter in model.parameters())
 
 
 @contextmanager

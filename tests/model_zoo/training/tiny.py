@@ -171,10 +171,11 @@ def train_tiny(
     model: SuccessModel | None = None,
     progress: TrainingProgress | None = None,
     machine: Machine = MACHINE,
+    begin: Path | None = None,
 ) -> SuccessModel:
     """Train and give the model back, with its best weights."""
     model = make_model(recipe.seed) if model is None else model
-    train_model(model, "tiny", "small", {}, dataset, recipe, out, progress, machine)
+    train_model(model, "tiny", "small", {}, dataset, recipe, out, progress, machine, begin)
     return model
 
 
