@@ -22,7 +22,7 @@ from tests.model_zoo.training.smallest import SMALLEST, make_rows
 
 SETTINGS: dict[str, type[Settings]] = {name: entry.settings for name, entry in MODELS.items()}
 OTHERS: dict[str, tuple[type[Settings], dict[str, Any]]] = {
-    "recipe": (Recipe, Recipe(augmentation={}).model_dump(mode="json")),  # type: ignore[arg-type]
+    "recipe": (Recipe, Recipe(augmentation={}).model_dump(mode="json")),
     "machine": (Machine, Machine().model_dump(mode="json")),
 }
 OF_MODELS = [(name, number) for name, model in SETTINGS.items() for number in numbers(model)]
@@ -56,6 +56,17 @@ def planned(name: str, number: Number, value: object) -> SuccessModel | None:
         return None
 
 
+def outside(number: Number) -> tuple[st.SearchStrategy[float], st.SearchStrategy[float]]:
+    """Values below and above its bounds."""
+    low, high = number.lowest(), number.highest()
+    if number.whole:
+        return st.integers(max_value=int(low) - 1), st.integers(min_value=int(high) + 1)
+    return (
+        st.floats(max_value=low, exclude_max=True, allow_nan=False),
+        st.floats(min_value=high, exclude_min=True, allow_nan=False),
+    )
+
+
 def test_there_are_many() -> None:
     assert len(OF_MODELS) > 100
     assert {"graph.hidden", "encoders.points.channels.2"} <= {str(n) for _, n in OF_MODELS}
@@ -74,13 +85,9 @@ def test_every_number_has_two_bounds(case: tuple[str, Number]) -> None:
 @given(st.data())
 def test_beyond_its_bounds_one_error_names_the_number(data: st.DataObject) -> None:
     name, number = data.draw(st.sampled_from(EVERY))
-    low, high = number.lowest(), number.highest()
-    values = st.integers if number.whole else lambda **k: st.floats(**k, allow_nan=False)
-    below = values(max_value=low - 1) if number.whole else values(max_value=low, exclude_max=True)
-    above = values(min_value=high + 1) if number.whole else values(min_value=high, exclude_min=True)
     truths = [] if name == "machine" else [True, False]
     odd: st.SearchStrategy[object] = st.sampled_from([*truths, math.nan, math.inf, "many", []])
-    value = data.draw(st.one_of(below, above, odd))
+    value = data.draw(st.one_of(*outside(number), odd))
     with pytest.raises((ZooError, ManifestError)) as told:
         given_to(name, number, value)
     faults = str(told.value).splitlines()[1:]

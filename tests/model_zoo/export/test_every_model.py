@@ -60,7 +60,7 @@ def test_a_model_that_does_not_look_is_not_exported(
     if blind == "to candidates":
         if "trajectory_image" not in model.columns:
             pytest.skip("it has none to look at")
-        model.score = blinded(model)  # type: ignore[method-assign]
+        model.score = blinded(model)  # type: ignore[method-assign, assignment]
         monkeypatch.setattr("model_zoo.export.export.load_checkpoint", keep(model))
     else:
         last = [module for module in model.modules() if isinstance(module, torch.nn.Linear)][-1]

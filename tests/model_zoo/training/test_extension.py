@@ -155,7 +155,7 @@ def test_a_run_that_is_not_finished_or_none_is_refused(
     with pytest.raises(ZooError, match="no finished training, so there is no end to begin from"):
         train_tiny(dataset, tmp_path / "out", LONGER, begin=half)
     splits = make_splits()
-    splits["train"]["r_img"] += 1
+    splits["train"]["r_img"] = splits["train"]["r_img"][::-1].copy()
     other = write_dataset(tmp_path / "other", splits)
     with pytest.raises(ZooError, match="dataset was"):
         train_tiny(other, tmp_path / "out", LONGER, begin=finished)
@@ -163,13 +163,20 @@ def test_a_run_that_is_not_finished_or_none_is_refused(
 
 def test_patience_that_ended_it_has_to_be_raised(dataset: Path, tmp_path: Path) -> None:
     short = changed(epochs=30, patience=2, learning_rate=1e-9)
-    plain = {"dropout": 0.0, "norm": False}
-    train_tiny(dataset, tmp_path / "a", short, make_model(**plain))
+    train_tiny(dataset, tmp_path / "a", short, make_model(dropout=0.0, norm=False))
     longer = short.model_copy(update={"epochs": 40})
     with pytest.raises(ZooError, match="patience 2"):
-        train_tiny(dataset, tmp_path / "b", longer, make_model(**plain), begin=tmp_path / "a")
+        train_tiny(
+            dataset,
+            tmp_path / "b",
+            longer,
+            make_model(dropout=0.0, norm=False),
+            begin=tmp_path / "a",
+        )
     patient = short.model_copy(update={"patience": 4})
-    train_tiny(dataset, tmp_path / "c", patient, make_model(**plain), begin=tmp_path / "a")
+    train_tiny(
+        dataset, tmp_path / "c", patient, make_model(dropout=0.0, norm=False), begin=tmp_path / "a"
+    )
     told = json.loads((tmp_path / "c/checkpoint/metrics.json").read_text())
     assert len(told["history"]) == 5
 
