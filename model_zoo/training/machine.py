@@ -34,7 +34,7 @@ class Machine(Settings):
 
     device: Literal["auto", "cpu", "cuda"] = "auto"
     workers: Annotated[int, Field(ge=0, le=1024)] = 1
-    threads: Annotated[int, Field(gt=0, le=2**31)] | None = None
+    threads: Annotated[int, Field(gt=0, le=10**18)] | None = None
     state_every_s: Annotated[float, Field(gt=0, le=1e9)] = 60.0
     state_every_steps: Annotated[int, Field(gt=0, le=10**12)] | None = None
     tensorboard: bool = True
