@@ -72,7 +72,7 @@ def open_data(
     index = read_index(folder)
     check_declared(index, model, name, str(folder))
     labels = {split: read_labels(folder, split) for split in SPLITS}
-    check_forward(model, Dataset(folder, VALIDATION, model.columns), name)
+    check_forward(model, Dataset(folder, VALIDATION, model.columns, check="sha256"), name)
     columns = {
         TRAIN: _training_columns(index, folder, model, recipe),
         VALIDATION: (*model.columns, *LABEL_COLUMNS),

@@ -107,6 +107,24 @@ def test_a_run_trains_evaluates_and_compares_and_does_nothing_twice(
     assert (out / "paad-small-0" / "evaluation-clean.json") in files  # a fuller one would stay
 
 
+def test_a_finished_run_goes_on_to_more_epochs(dataset: Path, tmp_path: Path) -> None:
+    recipe = tmp_path / "recipe.yaml"
+    recipe.write_text(yaml.safe_dump({"epochs": 1, "batch_size": 4}))
+    first, longer = tmp_path / "first", tmp_path / "longer"
+    words = ("train", "paad", "--data", dataset, "--recipe", recipe, "--workers", 0)
+    small = ("--set", "trunk_width=2")
+    assert zoo(*words, "--out", first, *small).exit_code == 0
+    said = zoo(*words, "--out", longer, "--from", first, "--epochs", 2, *small)
+    assert said.exit_code == 0, said.output
+    told = json.loads((longer / "checkpoint" / "metrics.json").read_text())
+    assert (told["epochs"], told["steps"]) == (2, 6)
+    config = json.loads((longer / "checkpoint" / "config.json").read_text())
+    assert config["begins_from"]["step"] == 3
+    said = zoo(*words, "--out", tmp_path / "other", "--from", first, "--epochs", 2)
+    assert said.exit_code != 0
+    assert "numbers.trunk_width was 2, is 16" in str(said.exception)
+
+
 def test_training_and_evaluating_are_commands_of_their_own(
     dataset: Path, recipe: Path, tmp_path: Path
 ) -> None:
