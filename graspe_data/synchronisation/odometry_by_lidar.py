@@ -48,6 +48,11 @@ def with_lidar_odometry(
         newest = cloud.stamp_ns
         parts[-1].add(cloud)
         ordinals.append(ordinal)
+    if not any(np.isfinite(part.result()[1]).all(axis=1).sum() > 1 for part in parts):
+        raise RecordingError(
+            f"{topic}: no two of {len(ordinals)} clouds fit each other, so no odometry can be made "
+            f"of them. Look at the clouds with `graspe inspect`, or name an odometry topic."
+        )
     odometry = _track(tracks.points, parts, np.array(ordinals, np.int64), robot)
     known = int(np.isfinite(odometry.position).all(axis=1).sum())
     text = (

@@ -168,29 +168,30 @@ def errors(world: str, drive: Drive, count: int, **sensor: Any) -> Errors:
 def test_ten_seconds_through_a_known_world(world: str) -> None:
     found = errors(world, Drive(), 101)
     assert found.position.max() < 0.35, "of 8 m driven"
-    assert np.abs(found.yaw).max() < 0.01
+    assert np.abs(found.yaw).max() < 0.02
     for velocity, yaw_rate in (found.differentiated, found.fitted):
-        assert root_mean_square(velocity) < 0.09
+        assert root_mean_square(velocity) < 0.1
         assert abs(np.mean(velocity)) < 0.03
         assert root_mean_square(yaw_rate) < 0.01
-    assert root_mean_square(found.fitted[1]) < root_mean_square(found.differentiated[1])
+    assert root_mean_square(found.fitted[1]) < 0.9 * root_mean_square(found.differentiated[1])
 
 
 def test_a_sweep_taken_as_one_instant_costs_a_known_bias() -> None:
-    """The lidar turns as the robot does, so the poses are those of the middle of the sweep."""
+    """Some .02 m/s and .02 rad/s at up to .55 rad/s, where the clouds of an instant err by .004."""
     drive = Drive(3.0)
     found = errors("wood", drive, 61, sweep_s=0.1)
     instant = errors("wood", drive, 61)
     assert root_mean_square(found.fitted[0]) < 0.2
-    assert root_mean_square(found.fitted[1]) < 0.05
-    assert root_mean_square(instant.fitted[1]) < root_mean_square(found.fitted[1])
+    assert root_mean_square(found.fitted[1]) < 0.03
+    assert root_mean_square(instant.fitted[1]) < 0.5 * root_mean_square(found.fitted[1])
 
 
 def test_standing_still_stays_where_it_is() -> None:
     stamps, position, quaternion = odometry_of(clouds(WORLDS["room"], STANDING, 30))
     assert np.abs(position).max() < 0.02
     velocity = fitted_velocities(stamps, position, quaternion)
-    assert np.abs(velocity).max() < 0.05
+    assert np.abs(velocity).max() < 0.15
+    assert np.abs(velocity[2:-2]).max() < 0.05
 
 
 def test_the_very_same_cloud_again_is_the_very_same_pose() -> None:
@@ -299,13 +300,22 @@ import numpy as np
 from graspe_data.geometry import Transform
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.lidar_odometry import LidarOdometry
-if len(sys.argv) > 3:
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+allowed = os.sched_getaffinity(0)
+if sys.argv[3] == "one processor":
+    os.sched_setaffinity(0, {min(allowed)})
+if sys.argv[3] == "others were first":
+    from kiss_icp.registration import Registration
+    from kiss_icp.mapping import VoxelHashMap
+    local_map = VoxelHashMap(1.0, 100.0, 20)
+    points = np.random.default_rng(0).uniform(-5, 5, (5000, 3))
+    local_map.update(points, np.eye(4))
+    Registration(20, 1e-4, 1).align_points_to_map(points, local_map, np.eye(4), 1.0, 1.0)
 stored = np.load(sys.argv[1])
 odometry = LidarOdometry(Transform.identity())
 for number in range(len(stored.files)):
     odometry.add(PointCloud(number * 100_000_000, "lidar", stored[f"c{number}"], None, None))
 np.savez(sys.argv[2], *odometry.result())
+assert sys.argv[3] == "one processor" or os.sched_getaffinity(0) == allowed
 """
 
 
@@ -313,19 +323,17 @@ def test_two_processes_with_other_threads_give_the_same_bytes(tmp_path: Path) ->
     stream = clouds(WORLDS["room"], Drive(), 25)
     stored = {f"c{number}": cloud.xyz for number, cloud in enumerate(stream)}
     np.savez(tmp_path / "clouds.npz", **stored)  # type: ignore[arg-type]
-    settings: list[tuple[dict[str, str], list[str]]] = [
-        ({"OMP_NUM_THREADS": "1", "TBB_NUM_THREADS": "1", "PYTHONHASHSEED": "1"}, ["one core"]),
-        ({"OMP_NUM_THREADS": "8", "TBB_NUM_THREADS": "8", "PYTHONHASHSEED": "2"}, []),
-        ({"kiss_icp_registration": '{"max_num_threads": 4}', "MALLOC_PERTURB_": "165"}, []),
-    ]
+    one, eight = {"OMP_NUM_THREADS": "1"}, {"OMP_NUM_THREADS": "8", "PYTHONHASHSEED": "2"}
+    forced = {"kiss_icp_registration": '{"max_num_threads": 4}', "MALLOC_PERTURB_": "165"}
+    settings = [(one, "one processor"), (eight, ""), (forced, ""), (one, "others were first")]
     results = []
-    for number, (environment, extra) in enumerate(settings):
+    for number, (environment, how) in enumerate(settings):
         out = tmp_path / f"{number}.npz"
-        command = [sys.executable, "-c", SCRIPT, str(tmp_path / "clouds.npz"), str(out), *extra]
+        command = [sys.executable, "-c", SCRIPT, str(tmp_path / "clouds.npz"), str(out), how]
         subprocess.run(command, env=os.environ | environment, check=True)
         with np.load(out) as arrays:
             results.append([arrays[name].tobytes() for name in sorted(arrays.files)])
-    assert results[0] == results[1] == results[2]
+    assert all(result == results[0] for result in results[1:])
 
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -357,9 +365,10 @@ def test_the_real_street_has_the_length_that_all_its_clouds_give(
     stamps, position, _ = odometry.result()
     known = np.array([motion.position for motion in truth])
     rows = np.searchsorted(np.array([motion.stamp_ns for motion in truth], np.int64), stamps)
-    driven = np.linalg.norm(np.diff(position, axis=0), axis=1).sum()
-    expected = np.linalg.norm(np.diff(known[rows], axis=0), axis=1).sum()
-    apart = np.linalg.norm(position - (known[rows] - known[rows[0]]), axis=1)
+    way = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    known_way = np.linalg.norm(np.diff(known[rows], axis=0), axis=1)
     assert stamps.size == 39
-    assert driven == pytest.approx(expected, rel=0.03)
-    assert apart.max() < 0.4
+    assert way.sum() == pytest.approx(known_way.sum(), rel=0.03)
+    settled = slice(5, None)  # the known poses begin at half the speed of the car
+    assert way[settled].sum() == pytest.approx(known_way[settled].sum(), rel=0.05)
+    assert np.abs(way - known_way)[settled].mean() < 0.03
