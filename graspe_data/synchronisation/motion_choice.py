@@ -120,11 +120,22 @@ def _contradiction(
     ratio = f" ({told / posed:.3g} times as far)" if turns and posed > 0 else ""
     ratio += _unit(evidence)
     text = (
-        f"{topic}: {said}{ratio}, and no frame explains it: {_astray(evidence)}. No rows are made. "
-        f"If you know which of them is right, set `odometry_velocity: body`, `fixed` or "
-        f"`differentiated` in the robot manifest."
+        f"{topic}: {said}{ratio}, and no frame explains it: {_astray(evidence)}.{_where(evidence)} "
+        f"No rows are made. If you know which of them is right, set `odometry_velocity: body`, "
+        f"`fixed` or `differentiated` in the robot manifest."
     )
     return _choice("motion_contradicts", "refused", topic, text, evidence, "body")
+
+
+def _where(evidence: MotionEvidence) -> str:
+    """Where they differ, if it is in less than half of the windows: two causes look the same."""
+    if not 0 < 2 * evidence.apart < evidence.windows:
+        return ""
+    return (
+        f" They differ in {evidence.apart} of {evidence.windows} windows with motion, first at "
+        f"{evidence.first_apart_ns} ns: either wheels spin there and the poses are right "
+        f"(`differentiated`), or the poses do not follow and the twist is right (`body`)."
+    )
 
 
 def _unit(evidence: MotionEvidence) -> str:

@@ -281,6 +281,24 @@ class TestTwistAgainstPoses:
         make = with_twist(DRIVES[name], lambda twist: 1.2 * twist)
         assert kinds(synchronised(make.write(tmp_path / "r"))) == ["motion_agrees"]
 
+    def test_wheels_that_spin_for_long_are_refused_with_both_causes(self, tmp_path: Path) -> None:
+        make, motion = Make(), STRAIGHT.at(times(9, 50))
+        stuck = (motion.seconds >= 3) & (motion.seconds < 6)
+        twist = motion.twist()
+        twist[stuck, 0] = 1.5
+        step = np.where(stuck, 0.0, motion.twist()[:, 0])
+        position = np.zeros_like(motion.position)
+        position[1:, 0] = np.cumsum(0.5 * (step[1:] + step[:-1])) / 50
+        add_sensors(make)
+        add_odometry(make, replace(motion, position=position), twist)
+        path = make.write(tmp_path / "r")
+        with pytest.raises(RecordingError, match=r"They differ in [34] of .*wheels spin there"):
+            synchronised(path)
+        for choice, speed in (("differentiated", 0.0), ("body", 1.5)):
+            found = synchronised(path, robot(odometry_velocity=choice))
+            at_five = np.searchsorted(found.odometry.stamps_ns, START + 5 * SECOND)
+            assert found.odometry.velocity[at_five, 0] == pytest.approx(speed, abs=1e-6)
+
     @pytest.mark.parametrize("noise", [0.003, 0.01])
     def test_a_noisy_robot_that_stands_passes_as_standing(
         self, tmp_path: Path, noise: float
