@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sklearn.metrics import roc_auc_score
 
 from benchmarks.publish import publish
+from graspe_data.arrays import Floats, Mask
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
@@ -26,9 +27,6 @@ from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from planners.arc_distance import FreeWay, free_way
 from planners.body_discs import BodySettings, body_discs
 from planners.obstacles import scan_points
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 ASKED = ("candidate_velocity", "candidate_image", "candidate_success", "candidate_mask")
 BATCH = 16
@@ -79,7 +77,7 @@ def read_arguments(description: str | None, every: int) -> argparse.Namespace:
     return parser.parse_args()
 
 
-def known(data: Path, split: str, rows: NDArray[np.int64]) -> Bools:
+def known(data: Path, split: str, rows: NDArray[np.int64]) -> Mask:
     """Whether each candidate gets through to its end, (N, K)."""
     batch = Dataset(data, split, ("candidate_success", "candidate_mask")).batch(rows)
     if not batch["candidate_mask"].all():
@@ -128,7 +126,7 @@ def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> References:
     return References(np.minimum(free, longest), -v - np.abs(omega))
 
 
-def rank(through: Bools, least: Floats) -> Ranking:
+def rank(through: Mask, least: Floats) -> Ranking:
     """Hold the scores (N, K) against the world.
 
     Scenes where all candidates or none get through count only in ``pooled``.

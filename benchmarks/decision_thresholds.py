@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 
 from benchmarks.candidate_truth import known, least_success, read_arguments, scan_ways
 from benchmarks.publish import publish
+from graspe_data.arrays import Floats, Mask
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
 from planners.arc_distance import admissible
 from planners.graspe_planner import GraspeSettings
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 BANDS = (0.0, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.8, 1.0)
 E_TH = (0.5, 0.6, 0.7, 0.8, 0.9)
@@ -52,7 +50,7 @@ def main() -> int:
     return 0
 
 
-def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Bools, Floats]:
+def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Mask, Floats]:
     """Whether the scan bars each candidate (N, K), as the planner judges; and r_point (N,)."""
     ways, reaction_s = scan_ways(data, split, rows), GraspeSettings().reaction_s
     admitted = [
@@ -63,7 +61,7 @@ def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Bools, F
     return ~np.stack(admitted), r_point.astype(np.float64)
 
 
-def _bands(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list[str]:
+def _bands(through: Mask, barred: Mask, r_point: Floats, least: Floats) -> list[str]:
     """Who is right where the model accepts at 0.5 and the scan bars, by r_point."""
     lines = [
         "| r_point | scenes | barred | accepted, barred | accepted, not barred |",
@@ -80,7 +78,7 @@ def _bands(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> lis
     return lines
 
 
-def _grid(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list[str]:
+def _grid(through: Mask, barred: Mask, r_point: Floats, least: Floats) -> list[str]:
     """For each pair of thresholds: of the arcs left, those that get through; and scenes left."""
     heading = " | ".join(f"r_th {r_th:g}" for r_th in R_TH)
     lines = [f"| e_th | {heading} |", "| --- |" + " --- |" * len(R_TH)]
@@ -94,7 +92,7 @@ def _grid(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> list
     return lines
 
 
-def _fitted(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> str:
+def _fitted(through: Mask, barred: Mask, r_point: Floats, least: Floats) -> str:
     """The highest e_th that strands the robot in no more scenes than may be.
 
     So fitted, models are compared at the same caution.
@@ -106,13 +104,13 @@ def _fitted(through: Bools, barred: Bools, r_point: Floats, least: Floats) -> st
     return f"At r_th {TRUSTED:g} the highest that leaves an arc in nine scenes of ten: {found}."
 
 
-def _stranded(through: Bools, left: Bools) -> float:
+def _stranded(through: Mask, left: Mask) -> float:
     """Of the scenes where an arc gets through, the share in which none is left."""
     passable = through.any(axis=1)
     return float((~left.any(axis=1) & passable).sum() / passable.sum())
 
 
-def _share(through: Bools) -> str:
+def _share(through: Mask) -> str:
     return f"{through.mean():.0%}" if through.size else "-"
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.label_rules import RULES, measured
 from benchmarks.publish import publish
+from graspe_data.arrays import Mask
 from graspe_data.observation.labels import Decided, LabelSettings, decide, label_rows, propose
 from graspe_data.observation.labels.events import bounds_ns
 from graspe_data.observation.labels.intervals import touches
@@ -44,8 +45,7 @@ HELD_S = 1.2
 """Driven on after the arc's end, so that a robot caught there is seen to be held."""
 AT_ONCE = {"linear_acceleration": 1e3, "yaw_acceleration": 1e3}
 
-Bools = NDArray[np.bool_]
-Pair = tuple[Bools, Bools]
+Pair = tuple[Mask, Mask]
 HEADING = (
     "| label | steps | failing | wrong, of all steps | of those said to fail "
     "| of those said to succeed | trajectories said to fail in time, of those that do not "
@@ -155,7 +155,7 @@ def goes_on(
     world: World,
     velocity: Sequence[float],
     generator: np.random.Generator,
-) -> Bools:
+) -> Mask:
     """Whether a robot at the world's start that keeps its velocity succeeds in each step, (T,)."""
     quick = robot.model_copy(update={"limits": robot.limits.model_copy(update=AT_ONCE)})
     lasting = ARC_STEPS * ARC_STEP_S + HELD_S
@@ -163,7 +163,7 @@ def goes_on(
     drive.advance((velocity[0], velocity[1]), round(lasting / STEP_S))
     edges = np.rint(np.arange(ARC_STEPS + 1) * ARC_STEP_S * 1e9).astype(np.int64)[None]
     failed = touches(*bounds_ns(true_events(drive.drive())), edges[:, :-1], edges[:, 1:])
-    succeeds: Bools = ~np.logical_or.accumulate(failed[0])
+    succeeds: Mask = ~np.logical_or.accumulate(failed[0])
     return succeeds
 
 

@@ -8,9 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import GeometryError
-
-Floats = NDArray[np.float64]
 
 
 def rotation_from_quaternion(quaternion: Floats) -> Floats:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.robot import Limits
 from planners.body_discs import Body
-
-Floats = NDArray[np.float64]
 
 _STRAIGHT = 1e-6
 """rad/s below which an arc is a line: over 10 m it would leave it by less than 0.1 mm."""

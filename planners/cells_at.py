@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from graspe_data.arrays import Floats
 
 
 def cells_at(points: Floats, cells: int, cell_m: float) -> tuple[NDArray[np.int64], ...]:

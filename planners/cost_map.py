@@ -6,13 +6,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Map, Mask
 from planners.situation import Situation
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Map = NDArray[np.float32]
 
 
 @dataclass(frozen=True)

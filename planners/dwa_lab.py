@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.robot import Robot
@@ -17,7 +17,6 @@ from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
 from planners.velocity_window import WindowSettings, velocity_window
 
-Floats = NDArray[np.float64]
 Weight = Annotated[float, Field(ge=0)]
 
 

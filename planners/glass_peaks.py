@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Floats, Indices
 from graspe_data.errors import PlannerError
 from graspe_data.manifest import Settings
 from graspe_data.observation.ring_order import ring_order
 from graspe_data.sensor_data import PointCloud
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _SAME = 2e-4
 """rad: less than a tenth of the finest step between beams of a VLP-16."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from planners.situation import Situation
-
-Floats = NDArray[np.float64]
 
 
 def goal_in_base(situation: Situation) -> Floats:

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.manifest import Settings
 from graspe_data.robot import Robot
 from planners.arc_distance import FreeWay, admissible, free_way
@@ -23,8 +23,6 @@ from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
 from planners.velocity_window import VelocityWindow, WindowSettings, velocity_window
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Threshold = Annotated[float, Field(ge=0, le=1)]
 
 

@@ -6,8 +6,8 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.observation.intensity_map import inflate
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.robot import Footprint, Limits
@@ -16,8 +16,6 @@ from planners.cells_at import values_at
 from planners.cost_map import CostMap
 from planners.goal import goal_seen_from
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Pose = tuple[float, float, float]
 
 _BESIDE = 0.15

@@ -7,13 +7,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
 from planners.lidar_clouds import LidarClouds
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.situation import Situation
-
-Floats = NDArray[np.float64]
 
 
 class ObstacleSource(Protocol):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.bundle_contract import BundleContract, Tensor
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
@@ -18,8 +19,6 @@ from planners.graph import Arrays
 from planners.observe import Observation, Observer
 from planners.robot_check import MatchSettings, check_sensors
 from planners.situation import Situation
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.robot import Limits
-
-Floats = NDArray[np.float64]
 
 _UNDER_WAY = 0.1
 """rad/s from which a rotation counts as begun: it is kept up, or it would go to and fro."""

@@ -6,14 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.manifest import Settings
 from graspe_data.robot import Limits
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _TOLERANCE = 1e-9
 

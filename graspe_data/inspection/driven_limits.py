@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Limits
 from graspe_data.synchronisation.motion_samples import MotionSamples, motion_samples
 from graspe_data.synchronisation.tracks import MotionTrack

@@ -7,11 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from graspe_data.arrays import Stamps
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Clock
 from graspe_data.synchronisation.clocks import SECOND, ClockSettings, camera_timeline, timeline
 from graspe_data.synchronisation.row_plan import pair_nearest
-from graspe_data.synchronisation.tracks import Stamps, StampTrack
+from graspe_data.synchronisation.tracks import StampTrack
 
 TOLERANCE_S: Final = 0.05
 

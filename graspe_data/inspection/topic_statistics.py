@@ -8,8 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Stamps
 from graspe_data.synchronisation.clocks import SECOND, skew_ns
-from graspe_data.synchronisation.tracks import Stamps, StampTrack
+from graspe_data.synchronisation.tracks import StampTrack
 
 GAP_INTERVALS: Final = 3.0
 SHORTEST_GAP_S: Final = 0.2

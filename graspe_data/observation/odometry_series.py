@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Stamps
 from graspe_data.errors import ObservationError
 from graspe_data.geometry import roll_pitch_yaw, rotation_from_quaternion
-
-Floats = NDArray[np.float64]
-Stamps = NDArray[np.int64]
 
 _SECOND = 1_000_000_000
 

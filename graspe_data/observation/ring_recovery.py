@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from graspe_data.arrays import Floats
 
 # Points at most that vote: 64 for each of 128 rings, so that the time does not grow with the cloud.
 _SAMPLE = 8192

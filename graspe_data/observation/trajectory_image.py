@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
-
-Floats = NDArray[np.float64]
 
 _FRACTION_BITS = 8
 

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import ObservationError
 from graspe_data.robot import Intrinsics
 
-Floats = NDArray[np.float64]
 Maps = tuple[NDArray[np.int16], NDArray[np.uint16]]
 
 # Near a fold a recorded pixel would be drawn out without end; here the view ends at 20 times.

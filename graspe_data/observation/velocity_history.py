@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.observation.odometry_series import PoseSeries, Stamps, sample_odometry
+from graspe_data.arrays import Stamps
+from graspe_data.observation.odometry_series import PoseSeries, sample_odometry
 
 _SECOND = 1_000_000_000
 

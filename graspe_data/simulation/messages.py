@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform
+from graspe_data.arrays import Floats
+from graspe_data.geometry import Transform
 from graspe_data.recordings.message_types import message_classes
 from graspe_data.robot import Intrinsics, Robot
 from graspe_data.simulation.quaternion import quaternion_from_rotation

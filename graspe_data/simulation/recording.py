@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.known_outcomes import KnownOutcomes
 from graspe_data.recordings.writing import Compression, Container, RecordingWriter
 from graspe_data.robot import Limits, Robot

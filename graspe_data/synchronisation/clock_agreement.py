@@ -7,11 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from graspe_data.arrays import Stamps
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.clocks import SECOND, ClockSettings, Timeline
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.timed_stretch import TimedStretch
-from graspe_data.synchronisation.tracks import Stamps, StampTrack
+from graspe_data.synchronisation.tracks import StampTrack
 
 _LATE_S: Final = 0.25
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Stamps
 from graspe_data.errors import RecordingError
 from graspe_data.manifest import Settings
 from graspe_data.robot import Clock
-from graspe_data.synchronisation.tracks import Stamps, StampTrack
+from graspe_data.synchronisation.tracks import StampTrack
 
 Positive = Annotated[float, Field(gt=0)]
 

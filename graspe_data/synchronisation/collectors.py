@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from graspe_data.arrays import Floats
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.sensor_data import StampedTransform
-from graspe_data.synchronisation.tracks import EdgeTrack, Floats, StampTrack
+from graspe_data.synchronisation.tracks import EdgeTrack, StampTrack
 
 _THIN_NS: Final = 100_000_000
 

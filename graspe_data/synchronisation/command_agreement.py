@@ -6,11 +6,11 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from graspe_data.arrays import Floats, Stamps
 from graspe_data.errors import RecordingError
 from graspe_data.observation.odometry_series import PoseSeries
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.tracks import Floats, Stamps
 
 SECOND: Final = 1_000_000_000
 _TOLD_M: Final = 2.0

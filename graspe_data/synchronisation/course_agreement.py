@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
-from graspe_data.geometry import Floats
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.motion_samples import SECOND, MotionSamples

@@ -5,13 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.synchronisation.rotation_steps import twist_between
-
-Stamps = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 SPAN_S: Final = 0.1
 """Velocities are means over so long, or over two steps where these are longer."""

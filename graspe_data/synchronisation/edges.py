@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.geometry import Transform
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.tracks import EdgeTrack, Floats, Mask, Stamps
+from graspe_data.synchronisation.tracks import EdgeTrack
 from graspe_data.synchronisation.transform_buffer import Edge, FixedEdge
 
 FEW_CHANGES: Final = 3

@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import roll_pitch_yaw, rotation_from_quaternion
-
-Floats = NDArray[np.float64]
 
 
 def fitted_velocities(

@@ -8,7 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from graspe_data.geometry import Floats, Transform
+from graspe_data.arrays import Floats
+from graspe_data.geometry import Transform
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.motion_samples import MotionSamples
 

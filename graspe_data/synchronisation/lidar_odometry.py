@@ -22,14 +22,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
 from graspe_data.geometry import Transform, quaternion_from_rotation
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.kiss_icp_parts import KissIcp
 from graspe_data.synchronisation.local_map import FEWEST_POINTS, LocalMap
 from graspe_data.synchronisation.upright_points import moved, upright
-
-Floats = NDArray[np.float64]
 
 LOST_AFTER = 5
 """Clouds in a row that match nothing, after which the map is begun anew."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform, quaternion_from_rotation
 from graspe_data.synchronisation.kiss_icp_parts import KissIcp
 from graspe_data.synchronisation.upright_points import cell_keys, moved
-
-Floats = NDArray[np.float64]
 
 DECIMALS = 7
 """Of a pose: a tenth of a micrometre, and of a microradian."""

@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.synchronisation.levelling import UPWARDS
 from graspe_data.synchronisation.motion_samples import MotionSamples
 from graspe_data.synchronisation.motion_windows import (

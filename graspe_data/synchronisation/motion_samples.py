@@ -8,10 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform, rotation_from_quaternion
+from graspe_data.arrays import Floats, Mask, Stamps
+from graspe_data.geometry import Transform, rotation_from_quaternion
 from graspe_data.synchronisation.differentiate import body_velocities
 from graspe_data.synchronisation.rotation_steps import turns_in_fixed
-from graspe_data.synchronisation.tracks import Mask, MotionTrack, Stamps
+from graspe_data.synchronisation.tracks import MotionTrack
 
 SECOND: Final = 1_000_000_000
 LONGEST_STEP_S: Final = 0.5

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.synchronisation.motion_samples import SECOND, MotionSamples
 
 WINDOW_S: Final = 1.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.odometry_series import PoseSeries, odometry_series
@@ -24,7 +25,7 @@ from graspe_data.synchronisation.motion_samples import (
     twist_in_body,
 )
 from graspe_data.synchronisation.placement import Placement
-from graspe_data.synchronisation.tracks import Floats, Mask, MotionTrack
+from graspe_data.synchronisation.tracks import MotionTrack
 
 
 def child_from_base(

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from graspe_data.arrays import Stamps
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.recordings.decoding.lidars.cloud_source import CloudSource
@@ -16,7 +17,7 @@ from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.fitted_velocities import fitted_velocities
 from graspe_data.synchronisation.lidar_odometry import LidarOdometry
-from graspe_data.synchronisation.tracks import MotionTrack, Stamps, StampTrack, Tracks
+from graspe_data.synchronisation.tracks import MotionTrack, StampTrack, Tracks
 from graspe_data.synchronisation.transform_buffer import TransformBuffer
 
 

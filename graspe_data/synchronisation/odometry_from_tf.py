@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from graspe_data.arrays import Stamps
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import quaternion_from_rotation
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.edges import Edges
-from graspe_data.synchronisation.tracks import EdgeTrack, MotionTrack, Stamps
+from graspe_data.synchronisation.tracks import EdgeTrack, MotionTrack
 from graspe_data.synchronisation.transform_buffer import (
     Edge,
     FixedEdge,

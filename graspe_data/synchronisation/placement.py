@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from graspe_data.arrays import Mask, Stamps
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.observation.move_points import move_points
 from graspe_data.robot import Mounting, Robot
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.findings import Finding
-from graspe_data.synchronisation.tracks import Mask, Stamps
 from graspe_data.synchronisation.transform_buffer import TransformBuffer
 
 _APART_M, _TURNED_RAD = 0.05, 0.1

@@ -8,12 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.robot import Limits
 from graspe_data.synchronisation.differentiate import fresh
 from graspe_data.synchronisation.motion_samples import SECOND, MotionSamples
 from graspe_data.synchronisation.rotation_steps import turns_in_fixed
-from graspe_data.synchronisation.tracks import Mask, Stamps
 
 _SLACK_M, _SLACK_RAD = 0.05, 0.05
 _LONGEST_SPIKE: Final = 3

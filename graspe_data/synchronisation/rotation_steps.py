@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspe_data.geometry import Floats, quaternion_from_rotation
+from graspe_data.arrays import Floats
+from graspe_data.geometry import quaternion_from_rotation
 
 _STRAIGHT_RAD = 1e-6
 

@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from graspe_data.synchronisation.tracks import Stamps, StampTrack
+from graspe_data.arrays import Stamps
+from graspe_data.synchronisation.tracks import StampTrack
 
 SECOND: Final = 1_000_000_000
 PAUSE_BETWEEN_NS: Final = 10 * SECOND

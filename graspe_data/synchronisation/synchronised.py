@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from graspe_data.arrays import Floats, Stamps
 from graspe_data.observation.odometry_series import PoseSeries
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Robot
@@ -28,13 +29,7 @@ from graspe_data.synchronisation.row_plan import (
 )
 from graspe_data.synchronisation.timed_recording import time_recording
 from graspe_data.synchronisation.timed_stretch import TimedStretch
-from graspe_data.synchronisation.tracks import (
-    Floats,
-    InertialTrack,
-    MotionTrack,
-    Stamps,
-    Tracks,
-)
+from graspe_data.synchronisation.tracks import InertialTrack, MotionTrack, Tracks
 
 
 @dataclass(frozen=True)

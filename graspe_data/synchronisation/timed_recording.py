@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graspe_data.arrays import Stamps
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.clock_agreement import late_sensors, measured_offsets, set_clocks
@@ -29,7 +30,7 @@ from graspe_data.synchronisation.timed_stretch import (
     split_tracks,
     time_stretch,
 )
-from graspe_data.synchronisation.tracks import EdgeTrack, Stamps, Tracks
+from graspe_data.synchronisation.tracks import EdgeTrack, Tracks
 
 
 @dataclass(frozen=True)

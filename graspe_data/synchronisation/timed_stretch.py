@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from graspe_data.arrays import Mask
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Clock, Robot
 from graspe_data.synchronisation.clocks import ClockSettings, Timeline, camera_timeline, timeline
@@ -15,13 +16,7 @@ from graspe_data.synchronisation.motion_samples import MotionSamples, motion_sam
 from graspe_data.synchronisation.odometry_from_tf import odometry_from_tf
 from graspe_data.synchronisation.pose_jumps import cut_at_jumps
 from graspe_data.synchronisation.stretches import Order, stretch_of
-from graspe_data.synchronisation.tracks import (
-    InertialTrack,
-    Mask,
-    MotionTrack,
-    StampTrack,
-    Tracks,
-)
+from graspe_data.synchronisation.tracks import InertialTrack, MotionTrack, StampTrack, Tracks
 
 
 @dataclass(frozen=True)

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.recordings.content import ContentIdentity
 from graspe_data.recordings.messages import Loss
 from graspe_data.sensor_data import CameraCalibration
-
-Stamps = NDArray[np.int64]
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.errors import GeometryError
-from graspe_data.geometry import Floats, Transform, plain_frame, rotation_from_quaternion
+from graspe_data.geometry import Transform, plain_frame, rotation_from_quaternion
 
-Stamps = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 Edge = tuple[str, str]
 
 LONGEST_GAP_S: Final = 0.5

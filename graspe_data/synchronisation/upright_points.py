@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
-
-Floats = NDArray[np.float64]
 
 CELL_M = (1.0, 1.0, 2.0)
 UPRIGHT_M = 0.25

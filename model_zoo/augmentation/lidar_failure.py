@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats32
 from graspe_data.observation.laser_scan import LaserScanSettings
-
-Floats = NDArray[np.float32]
 
 _NEAREST, _FARTHEST = 0.1, 0.9
 """Shares of the way at which scattered returns come back."""
@@ -39,8 +38,8 @@ class LidarFailure:
 
 
 def lose_points(
-    xyz: Floats, failure: LidarFailure, generator: np.random.Generator
-) -> tuple[NDArray[np.intp], Floats]:
+    xyz: Floats32, failure: LidarFailure, generator: np.random.Generator
+) -> tuple[NDArray[np.intp], Floats32]:
     """Choose the points that are left, and where on their way they come from.
 
     Args:
@@ -59,8 +58,11 @@ def lose_points(
 
 
 def lose_rays(
-    scan: Floats, failure: LidarFailure, settings: LaserScanSettings, generator: np.random.Generator
-) -> Floats:
+    scan: Floats32,
+    failure: LidarFailure,
+    settings: LaserScanSettings,
+    generator: np.random.Generator,
+) -> Floats32:
     """The scan of a failing lidar, float32 (rays,), inf where empty.
 
     A ray stands for its nearest return: it is lost or scattered as often as a return. What is
@@ -81,7 +83,7 @@ def lose_rays(
     return np.where(left, shown, np.float32(np.inf))
 
 
-def scattered_smoothness(smoothness: Floats, way: Floats) -> Floats:
+def scattered_smoothness(smoothness: Floats32, way: Floats32) -> Floats32:
     """The smoothness c of points of which some are scattered.
 
     Equation (3) for X_l = w X among neighbours at X: c = |w X - X| / |w X| = 1 / w - 1.
@@ -95,7 +97,7 @@ def scattered_smoothness(smoothness: Floats, way: Floats) -> Floats:
 
 def _fate(
     number: int, failure: LidarFailure, generator: np.random.Generator
-) -> tuple[NDArray[np.bool_], Floats]:
+) -> tuple[NDArray[np.bool_], Floats32]:
     """Which of so many returns are left of thinning, and the share of the way of each."""
     if failure.thinned == failure.scattered == 0.0:
         return np.ones(number, np.bool_), np.ones(number, np.float32)

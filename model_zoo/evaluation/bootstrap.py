@@ -9,17 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Indices, Mask
 from model_zoo.evaluation.metrics import (
     CALIBRATION_BINS,
-    Bools,
-    Floats,
     calibration_bin,
     judged_rows,
     judged_steps,
     probability,
 )
-
-Integers = NDArray[np.int64]
 
 
 def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
@@ -30,7 +27,7 @@ def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
 
 
 def resampled_scores(
-    log_odds: Floats, success: Bools, mask: Bools, recording: Integers, weights: Floats
+    log_odds: Floats, success: Mask, mask: Mask, recording: Indices, weights: Floats
 ) -> dict[str, Floats]:
     """Every score of every resample.
 
@@ -60,7 +57,7 @@ def resampled_scores(
         }
 
 
-def _au_roc(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+def _au_roc(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     """From the pairs of a success and a failure in order, counted by their recordings.
 
     The area is the share of such pairs (Mann and Whitney), ties half: a quadratic form in the
@@ -82,7 +79,7 @@ def _au_roc(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
     return found
 
 
-def _average_precision(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+def _average_precision(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     """Sum of precision times the gain in recall, over thresholds from the highest down."""
     order = np.argsort(-p, kind="stable")
     y, owner = y[order], owner[order]
@@ -100,13 +97,13 @@ def _average_precision(p: Floats, y: Bools, owner: Integers, weights: Floats) ->
     return np.array([np.nan if bad else one(w) for w, bad in zip(weights, undefined, strict=True)])
 
 
-def _brier(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+def _brier(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     squares = _by_recording((p - y) ** 2, owner, weights)
     found: Floats = (weights @ squares) / (weights @ _by_recording(y >= 0, owner, weights))
     return found
 
 
-def _calibration_error(p: Floats, y: Bools, owner: Integers, weights: Floats) -> Floats:
+def _calibration_error(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     bins = calibration_bin(p)
     cells = owner * CALIBRATION_BINS + bins
     count = weights.shape[1]
@@ -116,5 +113,5 @@ def _calibration_error(p: Floats, y: Bools, owner: Integers, weights: Floats) ->
     return found
 
 
-def _by_recording(values: NDArray[np.generic], owner: Integers, weights: Floats) -> Floats:
+def _by_recording(values: NDArray[np.generic], owner: Indices, weights: Floats) -> Floats:
     return np.bincount(owner, values.astype(np.float64), weights.shape[1]).astype(np.float64)

@@ -8,11 +8,11 @@ from statistics import fmean
 
 import numpy as np
 
+from graspe_data.arrays import Floats
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Score
 from model_zoo.evaluation.comparable import check_comparable, check_trainings
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.group_labels import group_of, label_groups
-from model_zoo.evaluation.metrics import Floats
 from model_zoo.evaluation.score_cells import interval
 
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from sklearn.metrics import roc_curve
 
+from graspe_data.arrays import Floats, Mask
 from model_zoo.evaluation.cell import ROC_POINTS, CalibrationCurve, RocCurve
-from model_zoo.evaluation.metrics import CALIBRATION_BINS, Bools, Floats, calibration_bin
+from model_zoo.evaluation.metrics import CALIBRATION_BINS, calibration_bin
 
 _GRID = np.linspace(0, 1, ROC_POINTS)
 _DIGITS = 5
 
 
-def roc(log_odds: Floats, success: Bools) -> RocCurve | None:
+def roc(log_odds: Floats, success: Mask) -> RocCurve | None:
     """The ROC curve at 201 even shares of accepted failures; None for one class alone.
 
     Args:
@@ -27,7 +28,7 @@ def roc(log_odds: Floats, success: Bools) -> RocCurve | None:
     return RocCurve(false_positive=_rounded(_GRID), true_positive=_rounded(heights))
 
 
-def calibration_curve(probability: Floats, success: Bools) -> CalibrationCurve:
+def calibration_curve(probability: Floats, success: Mask) -> CalibrationCurve:
     """Mean probability and share of successes in each of the 15 bins that is not empty.
 
     Args:

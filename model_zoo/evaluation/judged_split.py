@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Mask
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from model_zoo.augmentation import CONDITIONS, Condition, check_lidar_may_fail, columns_needed
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.cell import ALL_SCENARIOS
-from model_zoo.evaluation.metrics import Bools
 from model_zoo.training.labels import check_binary
 
 _LABELS = ("success", "success_mask", "recording")
@@ -39,8 +39,8 @@ class JudgedSplit:
 
     dataset: Dataset
     rows: NDArray[np.int64]
-    success: Bools
-    mask: Bools
+    success: Mask
+    mask: Mask
     recording: NDArray[np.int64]
     scenarios: tuple[str, ...]
 

@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.metrics import average_precision_score, brier_score_loss, roc_auc_score
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ZooError
 
 CALIBRATION_BINS = 15
 """Of equal width over 0 .. 1, as in Guo et al., ICML 2017."""
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 def au_roc(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> float | None:
@@ -67,7 +65,7 @@ def expected_calibration_error(
     return float(np.abs(gap).sum() / y.size)
 
 
-def judged_steps(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tuple[Floats, Bools]:
+def judged_steps(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tuple[Floats, Mask]:
     """Log-odds and labels of the judged steps, (judged,) each.
 
     Raises:
@@ -79,7 +77,7 @@ def judged_steps(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tu
 
 def judged_rows(
     log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
-) -> tuple[Floats, Bools, Bools]:
+) -> tuple[Floats, Mask, Mask]:
     """Least log-odds of the judged steps, and whether all succeed, of rows that have any.
 
     Returns:
@@ -106,9 +104,7 @@ def calibration_bin(p: Floats) -> NDArray[np.int64]:
     return np.clip(p * CALIBRATION_BINS, 0, CALIBRATION_BINS - 1).astype(np.int64)
 
 
-def _arrays(
-    log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike
-) -> tuple[Floats, Bools, Bools]:
+def _arrays(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tuple[Floats, Mask, Mask]:
     z = np.asarray(log_odds, dtype=np.float64)
     y, judged = np.asarray(success, dtype=bool), np.asarray(mask, dtype=bool)
     if z.ndim != 2 or z.shape != y.shape or z.shape != judged.shape:  # noqa: PLR2004
@@ -121,5 +117,5 @@ def _arrays(
     return z, y, judged
 
 
-def _has_both(labels: Bools) -> bool:
+def _has_both(labels: Mask) -> bool:
     return bool(labels.any() and not labels.all())

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import torch
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import ZooError
 from model_zoo.augmentation import Condition, apply_condition
 from model_zoo.augmentation.sensor_settings import sensor_settings
 from model_zoo.batches import Batch
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.judged_split import JudgedSplit
-from model_zoo.evaluation.metrics import Floats
 from model_zoo.evaluation.progress import Progress
 
 

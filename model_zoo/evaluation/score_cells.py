@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from graspe_data.arrays import Floats, Indices, Mask
 from model_zoo.evaluation import metrics
-from model_zoo.evaluation.bootstrap import Integers, draw_weights, resampled_scores
+from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, StoredScore
 from model_zoo.evaluation.curves import calibration_curve, roc
 from model_zoo.evaluation.judged_split import JudgedSplit
-from model_zoo.evaluation.metrics import Bools, Floats
 
 METRICS: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], float | None]] = {
     "au_roc": metrics.au_roc,
@@ -24,7 +24,7 @@ METRICS: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], float | None]] = 
 }
 """What is scored, in the order of tables."""
 
-_Labelled = tuple[Floats, Bools, Bools]
+_Labelled = tuple[Floats, Mask, Mask]
 
 _DEFINED_SHARE = 0.5
 """An interval needs the score defined in at least so many of the resamples."""
@@ -58,7 +58,7 @@ def score_cells(
 
 
 def _cell(
-    scenario: str, condition: str, labelled: _Labelled, recording: Integers, weights: Floats
+    scenario: str, condition: str, labelled: _Labelled, recording: Indices, weights: Floats
 ) -> Cell:
     drawn = resampled_scores(*labelled, recording, weights)
     enough = weights.shape[1] >= FEWEST_RECORDINGS

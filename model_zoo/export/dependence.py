@@ -8,6 +8,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import ZooError
 from model_zoo.checkpoints import Checkpoint
@@ -18,8 +19,6 @@ LEAST = 1e-5
 """Of the largest log-odds, or of 1: more than rounding makes of the same row, and far less than any
 scene makes."""
 _CANDIDATES = 7
-
-Floats = NDArray[np.float64]
 
 
 def check_dependence(

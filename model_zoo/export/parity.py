@@ -12,6 +12,7 @@ import onnxruntime
 import torch
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats32
 from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
@@ -19,8 +20,6 @@ from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.progress import Progress
 from model_zoo.export.graphs import CANDIDATES, Graphs
 from model_zoo.export.scenes import Columns, Kind, Scene
-
-Floats = NDArray[np.float32]
 
 COUNTS = (1, 2, 7, 100)
 """Candidates scored at once in the first scene; in the others it is ``USUAL_COUNT`` of them."""
@@ -123,7 +122,7 @@ class _Runtime:
         )
         self._contract = contract
 
-    def run(self, scene: Columns, candidates: NDArray[np.uint8]) -> Floats:
+    def run(self, scene: Columns, candidates: NDArray[np.uint8]) -> Floats32:
         contract = self._contract
         columns = {**scene, CANDIDATES: candidates}
         encoded = self._encode.run(
@@ -142,7 +141,7 @@ def _cases(scenes: Sequence[Scene], contract: BundleContract) -> Iterator[tuple[
         yield from ((scene, count) for count in (counts if contract.uses_candidates else (1,)))
 
 
-def _predicted(checkpoint: Checkpoint, scene: Columns, candidates: NDArray[np.uint8]) -> Floats:
+def _predicted(checkpoint: Checkpoint, scene: Columns, candidates: NDArray[np.uint8]) -> Floats32:
     """As a dataset's rows are predicted: the scene beside each of the candidates."""
     parts = []
     for begin in range(0, len(candidates), _ROWS_AT_ONCE):
@@ -157,7 +156,7 @@ def _predicted(checkpoint: Checkpoint, scene: Columns, candidates: NDArray[np.ui
     return np.concatenate(parts)
 
 
-def _case(scene: Scene, count: int, expected: Floats, found: Floats) -> Case:
+def _case(scene: Scene, count: int, expected: Floats32, found: Floats32) -> Case:
     same = expected.shape == found.shape and np.isfinite(found).all()
     difference = float(np.abs(found - expected).max()) if same else 1.0
     return Case(scene=scene.name, kind=scene.kind, candidates=count, difference=difference)

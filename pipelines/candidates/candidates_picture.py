@@ -10,15 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.atomic_file import write_atomically
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.observation.trajectory_image import ground_homography
 from pipelines.candidates.scored_scene import ScoredScene
 from pipelines.report.row_scene import scan_points
-
-Floats = NDArray[np.float64]
 
 WIDTH_IN, HEIGHT_IN, DPI = 11.0, 4.6, 110
 COLOURS = "RdYlGn"

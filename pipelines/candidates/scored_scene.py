@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import PlannerError
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.robot import Limits
 from graspe_data.shards.dataset import Dataset
 from pipelines.report.row_scene import SCENE_COLUMNS, RowScene, row_scene
 from planners.bundle import Bundle
-
-Floats = NDArray[np.float64]
 
 LINEAR, YAW_RATES = 3, 15
 SCENES = 24

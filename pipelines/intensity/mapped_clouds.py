@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Map
 from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
@@ -30,8 +29,6 @@ from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.synchronised import SynchronisedRecording
 from pipelines.dataset_settings import DatasetRecipe
-
-Map = NDArray[np.float32]
 
 
 class MapRequest(Settings):

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from pipelines.report.row_blocks import row_blocks
 
 SPLIT_COLOURS = ("#4c8dcb", "#e08a2e", "#4aa564", "#a06cc0", "#888888")

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Map
 from graspe_data.observation.intensity_map import CellClasses
 from graspe_data.robot import Footprint
-
-Map = NDArray[np.float32]
 
 COLOURS = {
     "solid": (0.80, 0.11, 0.13),

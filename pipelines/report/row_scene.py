@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.manifest import validate
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
@@ -16,8 +17,6 @@ from graspe_data.observation.trajectory_image import trajectory_image
 from graspe_data.robot import Intrinsics
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry
 from pipelines.dataset_settings import DatasetRecipe
-
-Floats = NDArray[np.float64]
 
 SCENE_COLUMNS = (
     "image",

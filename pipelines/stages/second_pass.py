@@ -9,6 +9,7 @@ from copy import deepcopy
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Mask
 from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map import intensity_layers, store_layers
@@ -31,7 +32,6 @@ from pipelines.episode import EpisodeWriter
 from pipelines.stages.intensity_scale import recording_scale
 
 Values = Mapping[str, NDArray[np.generic] | float]
-Mask = NDArray[np.bool_]
 
 NOT_READ_AGAIN = "not found again in the second pass"
 _FAULTS = {

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.motion.footprint import clearance
 from pipelines.trials.logbook import MOVES_ON, Entry, Logbook

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.mechanics import MechanicsSettings
 from graspe_data.simulation.truth.outlook import arc_success
@@ -16,8 +15,6 @@ from planners.situation import Command, Considered
 
 MOVES_ON = 0.05
 """m/s; a slower command does not ask the robot to move on."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

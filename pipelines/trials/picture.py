@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 
+from graspe_data.arrays import Floats
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import StageError
-from graspe_data.geometry import Floats
 from graspe_data.manifest import load_manifest
 from graspe_data.simulation.world.build_world import build_world
 from graspe_data.simulation.world.materials import MATERIAL_NAMES, MaterialName

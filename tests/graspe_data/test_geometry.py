@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import GeometryError
 from graspe_data.geometry import (
-    Floats,
     Transform,
     plain_frame,
     roll_pitch_yaw,

@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Map
 from graspe_data.observation.intensity_map.glass import GlassSettings
 from graspe_data.observation.intensity_map.motion import PlanarMotion, carry_map, shift_map
 
-Map = NDArray[np.float32]
 Pose = tuple[float, float, float]
 
 _NS_PER_S = 1e9

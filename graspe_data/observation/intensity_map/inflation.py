@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from graspe_data.arrays import Map
 from graspe_data.errors import ObservationError
 from graspe_data.manifest import Settings
 
-Map = NDArray[np.float32]
 Kernel = NDArray[np.bool_]
 
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Map = NDArray[np.float32]
-Floats = NDArray[np.float64]
+from graspe_data.arrays import Floats, Map
 
 BLOCK = 16_384
 """Cells carried at once: what is reckoned for them stays in the processor's cache."""

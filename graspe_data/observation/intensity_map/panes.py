@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Map, Mask
 from graspe_data.observation.intensity_map.classes import CellClasses
 from graspe_data.observation.intensity_map.glass import GlassSettings, grown
 
-Map = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 Cells = tuple[NDArray[np.int64], NDArray[np.int64]]
 Point = tuple[float, float]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Map
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map.classes import (
     CellClasses,
@@ -21,8 +21,6 @@ from graspe_data.observation.intensity_map.inflation import (
     inflation_kernel,
 )
 from graspe_data.observation.intensity_map.panes import extend_glass
-
-Map = NDArray[np.float32]
 
 
 class PlanningMapSettings(Settings):

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.manifest import Settings
 from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import Indices, Mask, true_runs
+from graspe_data.observation.labels.intervals import Indices, true_runs
 from graspe_data.observation.labels.motion_series import (
     CommandSeries,
     InertialSeries,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Stamps = NDArray[np.int64]
+from graspe_data.arrays import Mask, Stamps
+
 Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 
 def true_runs(mask: Mask, stamps_ns: Stamps, maximum_gap_ns: int) -> tuple[Indices, Indices]:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats, Stamps
 from graspe_data.errors import ObservationError
-from graspe_data.geometry import Floats
-
-Stamps = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.observation.labels.motion_series import InertialSeries
 from graspe_data.observation.labels.moving_mean import moving_mean
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import join_intervals

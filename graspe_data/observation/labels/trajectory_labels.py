@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.manifest import Settings
 from graspe_data.observation.labels.events import bounds_ns
-from graspe_data.observation.labels.intervals import Mask, Stamps, touches
+from graspe_data.observation.labels.intervals import touches
 from graspe_data.observation.labels.motion_series import OdometrySeries
 from graspe_data.observation.labels.review import Decided
 from graspe_data.observation.trajectory_arc import constant_velocity_arc

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.picture_limits import check_size
 from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import CameraCalibration
-
-Floats = NDArray[np.float64]
 
 
 class _Model(NamedTuple):

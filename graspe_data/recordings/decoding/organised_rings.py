@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from graspe_data.arrays import Floats
 
 # No lidar has more rings.
 _MOST_RINGS: Final = 512

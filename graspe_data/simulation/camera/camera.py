@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform
+from graspe_data.arrays import Floats
+from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
 from graspe_data.simulation.camera.develop import develop
 from graspe_data.simulation.camera.exposure import meter

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Intrinsics
 
 SHARP = 0.5

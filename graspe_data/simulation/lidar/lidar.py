@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.simulation.lidar.echoes import Surfaces
 from graspe_data.simulation.lidar.firings import firings_of_turn
@@ -19,8 +20,6 @@ from graspe_data.simulation.lidar.settings import LidarSettings
 from graspe_data.simulation.lidar.sub_rays import sub_rays
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.world.world import World
-
-Floats = NDArray[np.float64]
 
 _KNOTS: Final = 20
 _FULL_INTENSITY: Final = 255.0

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.simulation.lidar.echoes import FAR, Echoes
 from graspe_data.simulation.lidar.returns import choose_returns, least_energy, merge_echoes
 from graspe_data.simulation.lidar.settings import LidarSettings
 
-Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 
 

@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.simulation.lidar.settings import LidarSettings, Returns
-
-Floats = NDArray[np.float64]
 
 _FAINTEST_AT: Final = 50.0
 

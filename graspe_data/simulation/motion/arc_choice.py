@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.robot import Footprint, Robot
 from graspe_data.simulation.motion.arc_contacts import failure_times
 from graspe_data.simulation.motion.arc_samples import arc_poses
@@ -13,8 +12,6 @@ from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.motion.mechanics import MechanicsSettings
 from graspe_data.simulation.motion.planner_settings import PlannerSettings
 from graspe_data.simulation.world.world import World
-
-Mask = NDArray[np.bool_]
 
 NEAR_S = 0.25
 BRAKE_S = 1.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.robot import Footprint
 from graspe_data.simulation.motion.footprint import capsule_clearance

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform, rotation_from_rpy
+from graspe_data.arrays import Floats
+from graspe_data.geometry import Transform, rotation_from_rpy
 
 STEP_S = 0.01
 """Seconds between two steps; every sensor's period is a multiple of it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.body_attitude import follow_ground
 from graspe_data.simulation.motion.drive import STEP_S, Contacts, Drive

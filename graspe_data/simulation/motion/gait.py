@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 
 # The mean of max(cos, 0)^4 over a period.

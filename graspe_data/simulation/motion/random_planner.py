@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.arc_choice import ArcChoice
 from graspe_data.simulation.motion.drivers import Leg, RobotState

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.motion.mechanics import STUMBLES, MechanicsSettings, stumble_chance
 from graspe_data.simulation.motion.surroundings import Surroundings

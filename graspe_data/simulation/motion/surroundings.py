@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Footprint
 from graspe_data.simulation.motion.footprint import clearance
 from graspe_data.simulation.world.obstacles import Obstacles

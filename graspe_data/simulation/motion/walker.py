@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.motion.mechanics import FREE, STOPS, MechanicsSettings, grip_of

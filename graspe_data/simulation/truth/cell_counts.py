@@ -7,13 +7,11 @@ from typing import Annotated
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from graspe_data.arrays import Mask
 from graspe_data.manifest import Settings
 from graspe_data.simulation.truth.true_cells import TrueCells
-
-Mask = NDArray[np.bool_]
 
 
 class CountSettings(Settings):

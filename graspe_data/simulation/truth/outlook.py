@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.observation.labels.events import bounds_ns
 from graspe_data.observation.labels.intervals import touches
 from graspe_data.robot import Robot
@@ -16,8 +16,6 @@ from graspe_data.simulation.motion.mechanics import MechanicsSettings
 from graspe_data.simulation.truth.events import true_events
 from graspe_data.simulation.world.world import World
 
-Bools = NDArray[np.bool_]
-
 
 def arc_success(
     world: World,
@@ -27,7 +25,7 @@ def arc_success(
     steps: int = 10,
     step_s: float = 0.3,
     settings: MechanicsSettings | None = None,
-) -> Bools:
+) -> Mask:
     """Whether arcs of constant command get through the world, step by step, bool (P, steps).
 
     Step k covers the time (k step_s, (k + 1) step_s]; what fails stays failed. See
@@ -56,7 +54,7 @@ def anchor_success(
     steps: int = 10,
     step_s: float = 0.3,
     settings: MechanicsSettings | None = None,
-) -> Bools:
+) -> Mask:
     """Would the robot get through, had it kept its velocity? From the truth at times (P,).
 
     That velocity is what vegetation had left of its command: see ``failure_times``. All steps are
@@ -78,7 +76,7 @@ def candidate_success(
     steps: int = 10,
     step_s: float = 0.3,
     settings: MechanicsSettings | None = None,
-) -> Bools:
+) -> Mask:
     """As ``arc_success``, in the robot's place, bool (P, K, steps); none while a failure goes on.
 
     Args:
@@ -97,9 +95,9 @@ def candidate_success(
     return success.reshape(pictures, number, steps) & ~_failing(drive, moments)[:, None, None]
 
 
-def _succeeding(fails: Floats, steps: int, step_s: float) -> Bools:
+def _succeeding(fails: Floats, steps: int, step_s: float) -> Mask:
     ends = np.arange(1, steps + 1) * step_s
-    succeeds: Bools = fails[:, None] > ends + 1e-9
+    succeeds: Mask = fails[:, None] > ends + 1e-9
     return succeeds
 
 
@@ -107,7 +105,7 @@ def _poses(drive: Drive, moments: NDArray[np.intp]) -> Floats:
     return np.column_stack([drive.position[moments, :2], drive.attitude[moments, 2]])
 
 
-def _failing(drive: Drive, moments: NDArray[np.intp]) -> Bools:
+def _failing(drive: Drive, moments: NDArray[np.intp]) -> Mask:
     """Whether a failure goes on at these steps, (P,)."""
     stamps = np.rint(drive.time_s[moments] * 1e9).astype(np.int64)
     return touches(*bounds_ns(true_events(drive)), stamps - 1, stamps)

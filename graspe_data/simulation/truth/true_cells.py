@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.simulation.world.obstacles import Obstacles
 from graspe_data.simulation.world.world import World
 
-Mask = NDArray[np.bool_]
 Pose = tuple[float, float, float]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.plan import Spots
 
 

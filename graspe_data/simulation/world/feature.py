@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.simulation.world.materials import Effect, MaterialName
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.simulation.world.feature import Region
 from graspe_data.simulation.world.mesh import Mesh, mesh_of

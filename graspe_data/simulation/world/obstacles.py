@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.materials import Effect, MaterialName
 
 EFFECTS: tuple[Effect, ...] = ("free", "slows", "stumbles", "entangles", "stops")

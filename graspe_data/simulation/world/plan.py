@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.materials import Effect, MaterialName
 from graspe_data.simulation.world.mesh import Mesh
 from graspe_data.simulation.world.obstacles import Obstacle

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import ManifestError
-from graspe_data.geometry import Floats
 from graspe_data.simulation.world.capsules import capsule_gaps
 from graspe_data.simulation.world.feature import (
     Feature,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.capsules import capsule_gaps
 from graspe_data.simulation.world.feature import Feature
 from graspe_data.simulation.world.materials import MATERIALS, Effect

@@ -5,13 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import ObservationError
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics
-
-Floats = NDArray[np.float64]
 
 
 def camera(

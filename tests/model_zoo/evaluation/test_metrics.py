@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from sklearn.calibration import calibration_curve as sklearn_curve
 from sklearn.metrics import average_precision_score, roc_auc_score
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ZooError
 from model_zoo.evaluation import metrics
 from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
@@ -16,13 +17,11 @@ from model_zoo.evaluation.score_cells import METRICS, interval
 ALL = tuple(METRICS.values())
 
 
-def logit(p: metrics.Floats) -> metrics.Floats:
+def logit(p: Floats) -> Floats:
     return np.asarray(np.log(p) - np.log1p(-p))
 
 
-def drawn(
-    seed: int, rows: int = 40, ties: bool = True
-) -> tuple[metrics.Floats, metrics.Bools, metrics.Bools]:
+def drawn(seed: int, rows: int = 40, ties: bool = True) -> tuple[Floats, Mask, Mask]:
     random = np.random.default_rng(seed)
     p = random.uniform(0.05, 0.95, (rows, 5))
     if ties:

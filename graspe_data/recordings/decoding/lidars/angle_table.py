@@ -9,14 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
 
 MAXIMUM_BYTES = 1 << 20
 _COLUMNS = 3
 _STEEPEST = 90.0
 _WIDEST = 360.0
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

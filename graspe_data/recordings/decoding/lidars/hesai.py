@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Bytes
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.header import place, stamp_ns
 from graspe_data.recordings.decoding.lidars.angle_table import AngleTable, read_angle_table
@@ -34,8 +35,6 @@ _RETURNS: Final = {
     0x3D: 3,
 }
 _UNIT_MM_40P: Final = 4
-
-Bytes = NDArray[np.uint8]
 
 
 class HesaiDecoder:

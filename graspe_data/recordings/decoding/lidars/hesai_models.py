@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from graspe_data.recordings.decoding.lidars.angle_table import AngleTable, Floats
+from graspe_data.arrays import Floats
+from graspe_data.recordings.decoding.lidars.angle_table import AngleTable
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Bytes, Floats
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.lidars.ouster_metadata import Floats, OusterMetadata
+from graspe_data.recordings.decoding.lidars.ouster_metadata import OusterMetadata
 from graspe_data.recordings.decoding.lidars.ouster_profiles import Field, profile_of
 from graspe_data.sensor_data import PointCloud
 
@@ -20,8 +21,6 @@ OUSTER_TYPES: Final = (
     "ouster_sensor_msgs/msg/PacketMsg",
 )
 FRAME: Final = "os_sensor"
-
-Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
 
 MAXIMUM_BYTES = 1 << 22
 MOST_CHANNELS, MOST_COLUMNS, MOST_PACKET_COLUMNS = 512, 8192, 512
 _MM: Final = 1000.0
 _TRANSFORM: Final = 16
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

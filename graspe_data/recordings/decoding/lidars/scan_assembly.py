@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from graspe_data.recordings.decoding.lidars.ouster import Bytes, OusterDecoder, OusterPacket
+from graspe_data.arrays import Bytes
+from graspe_data.recordings.decoding.lidars.ouster import OusterDecoder, OusterPacket
 from graspe_data.sensor_data import PointCloud
 
 _FRAME_IDS: Final = 1 << 16

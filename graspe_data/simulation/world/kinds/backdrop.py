@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.simulation.world.feature import Range, Region, between
 from graspe_data.simulation.world.kinds.volumes import leaf_counts

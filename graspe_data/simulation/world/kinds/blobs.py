@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.feature import Range, RoundFeature, between, draw
 from graspe_data.simulation.world.materials import Effect, MaterialName
 from graspe_data.simulation.world.mesh import Mesh, mesh_of

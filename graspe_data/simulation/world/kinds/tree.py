@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.world.feature import Range, RoundFeature, between, draw
 from graspe_data.simulation.world.kinds.volumes import in_balls, leaf_counts
 from graspe_data.simulation.world.materials import Effect, MaterialName

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 
 
 def leaf_counts(density: Floats, volume: Floats, area: float) -> NDArray[np.int64]:

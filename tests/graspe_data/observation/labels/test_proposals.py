@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graspe_data.geometry import Floats, rotation_from_quaternion
+from graspe_data.arrays import Floats
+from graspe_data.geometry import rotation_from_quaternion
 from graspe_data.observation.labels.motion_series import MotionSeries
 from graspe_data.observation.labels.proposals import ProposalSettings, propose
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.observation.labels.collision import CollisionSettings, collision_events
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.oscillation import OscillationSettings, oscillation_events

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats, Transform, rotation_from_rpy
+from graspe_data.arrays import Floats
+from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
 from graspe_data.robot import Mounting
 from graspe_data.simulation.camera.camera import Camera

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Intrinsics
 from graspe_data.simulation.camera.motion_blur import OpticalFlow, blur_along
 

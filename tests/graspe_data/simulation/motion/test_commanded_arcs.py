@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.commanded_arcs import commanded_failure_times
 from graspe_data.simulation.motion.drive import STEP_S

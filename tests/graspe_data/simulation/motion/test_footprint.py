@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.robot import Footprint
 from graspe_data.simulation.motion.footprint import capsule_clearance, clearance
 from graspe_data.simulation.world.obstacles import Obstacle, Obstacles

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.world.ground import GroundSettings, ground_mesh, make_ground
 from graspe_data.simulation.world.world import Ground

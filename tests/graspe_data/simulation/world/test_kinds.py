@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.manifest import validate
 from graspe_data.simulation.ray_scene import Hits, RayScene
 from graspe_data.simulation.world.build_world import build_world

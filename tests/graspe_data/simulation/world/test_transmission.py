@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Floats
+from graspe_data.arrays import Floats
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.world.build_world import build_world
 from graspe_data.simulation.world.kinds.bush import Bush
