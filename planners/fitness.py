@@ -15,10 +15,14 @@ from planners.lidar_clouds import LONGEST_RANGE, misshapen, returns
 from planners.progress import GoalSettings
 from planners.situation import Situation
 
-Age = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0)]
 
 FASTEST, FARTHEST = 100.0, 1e8
 """m/s and rad/s, and metres from a frame's origin, beyond which a number is damage."""
+
+POSE_APART_M = 2.0
+"""A pose farther from the latest motion's is none of the odometry; base and odometry's body may lie
+somewhat apart."""
 
 _NUMBER = (int, float, np.integer)
 
@@ -26,19 +30,21 @@ _NUMBER = (int, float, np.integer)
 class GuardSettings(Settings):
     """What a situation needs so that a planner is asked, and how long it may take to answer."""
 
-    picture_age_s: Age = 0.5
+    picture_age_s: Positive = 0.5
     """Oldest picture that is driven by."""
-    cloud_age_s: Age = 0.5
+    cloud_age_s: Positive = 0.5
     """Oldest cloud that is driven by."""
-    odometry_age_s: Age = 0.3
+    odometry_age_s: Positive = 0.3
     """Oldest pose and velocity that are driven by."""
     ahead_s: Annotated[float, Field(ge=0)] = 0.05
     """How far a stamp may lie in the future; more means that the clocks differ."""
+    frozen_m: Positive = 0.5
+    """Metres driven after which a pose, a cloud or a picture that stays the same is frozen."""
     needs_picture: bool = True
     """False for planners that drive by the lidar alone."""
-    period_s: Age = 0.1
+    period_s: Positive = 0.1
     """Until the next command: a stop brakes as hard as the robot can in this time."""
-    answer_s: Age = 0.5
+    answer_s: Positive = 0.5
     """How long the planner's answer is waited for."""
     goal: GoalSettings = GoalSettings()
     """When the robot has arrived, and when it is given up."""
@@ -102,7 +108,23 @@ def _odometry(situation: Situation, settings: GuardSettings) -> str:
     stamp_ns, now_ns = situation.known_ns, situation.now_ns
     if stamp_ns is None:
         return "there is no odometry: nothing tells how old pose and velocity are"
+    if situation.odometry_ns is None and (fault := _elsewhere(situation)):
+        return fault
     return _late("odometry", stamp_ns, now_ns, settings.odometry_age_s, settings.ahead_s)
+
+
+def _elsewhere(situation: Situation) -> str:
+    """Whether a pose without a stamp of its own is that of the latest motion."""
+    told = [motion.position for motion in situation.motions if motion.position is not None]
+    if not told or not np.isfinite(told[-1]).all():
+        return ""
+    apart = float(np.hypot(told[-1][0] - situation.pose[0], told[-1][1] - situation.pose[1]))
+    if apart <= POSE_APART_M:
+        return ""
+    return (
+        f"the pose is {apart:.1f} m from the latest motion's, so it comes from elsewhere, and "
+        f"nothing tells how old it is: give its stamp as `odometry_ns`"
+    )
 
 
 def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> str:

@@ -10,6 +10,7 @@ from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
 from planners.deadline import Deadline
 from planners.fitness import FASTEST, GuardSettings, unfit
+from planners.frozen import FrozenWatch
 from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
@@ -34,13 +35,18 @@ class Guarded:
         self._latest_ns: int | None = None
         self._answers = Deadline[Command](self._settings.answer_s)
         self._watch = GoalWatch(self._settings.goal)
+        self._frozen = FrozenWatch(self._settings.frozen_m)
         self._braking: tuple[float, float] | None = None
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            reason = unfit(situation, self._settings) or self._went_back(situation.now_ns)
+            reason = (
+                unfit(situation, self._settings)
+                or self._went_back(situation.now_ns)
+                or self._frozen.frozen(situation, picture=self._settings.needs_picture)
+            )
             if reason:
                 return self._stop(situation, reason)
             standing = self._watch.standing(situation)

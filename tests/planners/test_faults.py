@@ -305,10 +305,17 @@ RUNNING: dict[str, tuple[str, str, str]] = {
     "the planner raises": ("its words", "all", AT_ONCE),
     "a command beyond the robot's limits, or no number": ("is not within", "all", AT_ONCE),
     "the bundle was loaded in another process": ("call load_bundle in", "graspe", AT_ONCE),
+    "the same picture under new stamps, as the robot drives": (
+        "the picture has stayed the same to the bit",
+        "graspe",
+        "0.5 m (`frozen_m`)",
+    ),
+    "the same cloud or pose": ("has stayed the same to the bit", "all", "0.5 m (`frozen_m`)"),
+    "a pose from elsewhere without a stamp": ("give its stamp as `odometry_ns`", "all", AT_ONCE),
     "the goal is reached": ("arrived", "all", AT_ONCE + " (`goal.radius`, 0.5 m)"),
     "the goal gets no nearer": ("no progress", "all", "60 s (`goal.progress_s`)"),
 }
-"""What test_guarded.py, test_progress.py and test_processes.py show."""
+"""What test_frozen.py, test_guarded.py, test_progress.py and test_processes.py show."""
 
 
 def test_a_planner_that_hangs_is_not_waited_for(robots: Robots) -> None:

@@ -14,7 +14,7 @@ from planners.guarded import Guarded
 from planners.progress import GoalSettings, GoalWatch
 from planners.situation import Command, Situation
 from tests.planners.conftest import NOW
-from tests.planners.every_planner import SECOND, sound
+from tests.planners.every_planner import SECOND, seen_anew, sound
 
 LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))
 SETTINGS = GoalSettings(radius=0.5, progress_m=0.5, progress_s=10.0)
@@ -39,13 +39,14 @@ def driven(
     """The robot obeys; or it is held where it is."""
     pose, velocity = (0.0, 0.0, 0.0), (0.0, 0.0)
     for step in range(round(seconds * 10)):
+        seen = seen_anew(sound(NOW + step * PERIOD_NS), step)
         asked = replace(
-            sound(NOW + step * PERIOD_NS), pose=pose, velocity=velocity, goal=goal, picture=None
+            seen, pose=pose, velocity=velocity, goal=goal, picture=None, odometry_ns=seen.now_ns
         )
         command = guarded.command(asked)
         yield asked, command
-        velocity = (command.linear_velocity, command.yaw_rate)
         if not held:
+            velocity = (command.linear_velocity, command.yaw_rate)
             x, y, yaw = pose
             v, omega = velocity
             pose = (x + 0.1 * v * math.cos(yaw), y + 0.1 * v * math.sin(yaw), yaw + 0.1 * omega)
