@@ -29,6 +29,20 @@ def normalised_picture(image: Tensor, shrink: int = 1) -> Tensor:
     return (picture / 255 - mean) / deviation
 
 
+def laid_out(picture: Tensor, channels: int) -> Tensor:
+    """A picture (B, C, H, W) in the memory layout in which a convolution may take it.
+
+    Pictures come with their channels last, which is faster. oneDNN's backward pass of strided
+    convolutions then writes past its buffers, on several threads, where the number of channels is
+    no multiple of eight: such networks take their pictures plane by plane.
+
+    Args:
+        picture: In any layout.
+        channels: That the first convolution makes.
+    """
+    return picture if channels % 8 == 0 else picture.contiguous()
+
+
 def lower_drawing(trajectory_image: Tensor, rows: int, shrink: int = 1) -> Tensor:
     """The lower rows of drawings, in which a shrunk line stays a line.
 

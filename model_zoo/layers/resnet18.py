@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from model_zoo.layers.cbam import Cbam
+from model_zoo.picture_input import laid_out
 
 BLOCKS_PER_STAGE = 2
 
@@ -40,6 +41,7 @@ class ResNet18(nn.Module):
 
     def trunk(self, x: Tensor) -> Tensor:
         """The last feature map (B, 8 width, H / 32, W / 32)."""
+        x = laid_out(x, self.conv1.out_channels)
         x = self.maxpool(self.relu(self.bn1(self.conv1(x))))
         return self.layer4(self.layer3(self.layer2(self.layer1(x))))  # type: ignore[no-any-return]
 

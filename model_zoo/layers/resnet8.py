@@ -6,6 +6,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
+from model_zoo.picture_input import laid_out
+
 
 class ResNet8(nn.Module):
     """DroNet's trunk (uzh-rpg/rpg_public_dronet, cnn_models.py; aioz-ai/FADNet has the same).
@@ -23,6 +25,7 @@ class ResNet8(nn.Module):
             width: Of the first block; the others have twice and four times as many.
         """
         super().__init__()
+        self.width = width
         self.stem = nn.Sequential(SameConv2d(channels, width, 5, 2), nn.MaxPool2d(3, 2))
         self.blocks = nn.Sequential(
             _Block(width, width), _Block(width, 2 * width), _Block(2 * width, 4 * width)
@@ -30,7 +33,7 @@ class ResNet8(nn.Module):
 
     def forward(self, picture: Tensor) -> Tensor:
         """Features (B, 4 width, h, w), not yet rectified, of pictures (B, channels, H, W)."""
-        features: Tensor = self.blocks(self.stem(picture))
+        features: Tensor = self.blocks(self.stem(laid_out(picture, self.width)))
         return features
 
     @staticmethod
