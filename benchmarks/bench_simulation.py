@@ -10,11 +10,11 @@ import time
 from pathlib import Path
 
 from benchmarks.measurement import Measurement, render_table
+from graspe_data.progress import Silent
 from graspe_data.robot import Robot
 from graspe_data.simulation.recording import record_scenario
 from graspe_data.simulation.scenario import Scenario, load_scenario
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.simulate import Simulation, simulate
 
 Stats = dict[tuple[str, int, str], tuple[float, ...]]

@@ -34,14 +34,14 @@ def write_atomically(
     Raises:
         refusal: The folder does not exist or cannot be written, or the disk is full.
     """
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PARTIAL_SUFFIX}")
+    partial = partial_path(path)
     try:
         try:
             written = _write_synced(partial, pieces)
             partial.replace(path)
         finally:
             partial.unlink(missing_ok=True)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
     except OSError as error:
         reason = error.strerror or error
         raise refusal(
@@ -49,6 +49,20 @@ def write_atomically(
             "written and that its disk has space."
         ) from error
     return written
+
+
+def partial_path(target: Path) -> Path:
+    """A name beside a file or folder, hidden and of its own, under which it is made."""
+    return target.with_name(f".{target.name}.{secrets.token_hex(4)}{PARTIAL_SUFFIX}")
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _write_synced(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
@@ -60,11 +74,3 @@ def _write_synced(path: Path, pieces: Iterable[bytes | memoryview]) -> int:
         file.flush()
         os.fsync(file.fileno())
         return file.tell()
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

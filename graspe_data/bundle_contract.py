@@ -8,22 +8,31 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, StringConstraints, model_validator
 
+from graspe_data.documents import Sha256
+from graspe_data.errors import PlannerError
 from graspe_data.manifest import Settings
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.robot import Footprint, Intrinsics, Limits, Vector3
+from graspe_data.sealed_folder import SealedFolder
 
 BUNDLE_FORMAT = "graspe-bundle-1"
 ENCODE_GRAPH, SCORE_GRAPH = "encode.onnx", "score.onnx"
 CONTRACT_FILE, RECORDED_FILE, PARITY_FILE = "contract.json", "recorded.npz", "parity.json"
-CARD_FILE, SEAL_FILE = "card.md", "manifest.json"
+CARD_FILE = "card.md"
 SEALED_FILES = frozenset(
     {ENCODE_GRAPH, SCORE_GRAPH, CONTRACT_FILE, RECORDED_FILE, PARITY_FILE, CARD_FILE}
 )
-"""What :class:`BundleSeal` lists; the seal itself is ``SEAL_FILE``."""
+"""All files of a bundle but its seal."""
+BUNDLE = SealedFolder(
+    name="bundle",
+    format=BUNDLE_FORMAT,
+    files=SEALED_FILES,
+    refusal=PlannerError,
+    remedy="Export the bundle again with `graspe export`, or copy it again.",
+)
 
-Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 Count = Annotated[int, Field(ge=1, le=100_000)]
 Seconds = Annotated[float, Field(gt=0)]
 Probability = Annotated[float, Field(ge=0, le=1)]
@@ -266,17 +275,3 @@ class BundleContract(Settings):
                 raise ValueError(
                     f"{tensor.name} has shape {tensor.shape}, the observation makes {expected}"
                 )
-
-
-class SealedFile(Settings):
-    """Size and digest of a file of a bundle."""
-
-    bytes: Annotated[int, Field(ge=0)]
-    sha256: Sha256
-
-
-class BundleSeal(Settings):
-    """The content of ``manifest.json``: all other files of the bundle, exactly ``SEALED_FILES``."""
-
-    format: Literal["graspe-bundle-1"] = "graspe-bundle-1"
-    files: Mapping[str, SealedFile]

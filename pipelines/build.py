@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from graspe_data.columns import Column
-from graspe_data.errors import ShardError, StageError
+from graspe_data.errors import StageError
+from graspe_data.progress import Progress
 from graspe_data.shards.dataset_manifest import (
-    MANIFEST_NAME,
     DatasetIndex,
     RecordingEntry,
     ShardFile,
-    read_index,
     write_index,
 )
-from graspe_data.shards.verify import verify_shard
-from pipelines.commit import only_builder, sweep
+from pipelines.dataset_folder import EPISODES, earlier_shards, only_builder, prune
 from pipelines.dataset_settings import DatasetRecipe, Split
 from pipelines.executors import Workers, run_all
 from pipelines.index import dataset_index, recording_entry, refused_entry
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
-from pipelines.progress import Progress
 from pipelines.row_columns import row_columns
 from pipelines.same_drives import Drive
 from pipelines.splits import Placement, place_recordings
 from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_shards
 
-EPISODES = "episodes"
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 
 
@@ -63,7 +58,6 @@ def build_dataset(
         ShardError: The disk refuses.
     """
     with only_builder(out):
-        sweep(out)
         outcomes = list(_process(recipe, recordings, out, workers, progress))
         episodes, refused = _sorted_out(recipe, outcomes)
         episodes, placements, conflicting = _placed(recipe, episodes)
@@ -74,9 +68,9 @@ def build_dataset(
         entries += [refused_entry(recipe, refusal) for refusal in refused]
         columns = row_columns(recipe)
         tasks = _shard_tasks(recipe, columns, episodes, entries, out)
-        shards = _make_shards(tasks, _earlier_shards(out), workers, progress)
+        shards = _make_shards(tasks, earlier_shards(out), workers, progress)
         index = write_index(out, dataset_index(recipe, columns, entries, shards))
-        _prune(out, index, episodes)
+        prune(out, index, [episode.folders.values() for episode in episodes])
     worked_on = tuple(episode.path.name for episode in episodes if episode.done_now)
     return BuildResult(index, worked_on, tuple(refused))
 
@@ -196,22 +190,6 @@ def _shard_tasks(
     return tasks
 
 
-def _earlier_shards(out: Path) -> dict[str, ShardFile]:
-    """The shards that an earlier build committed and that are still whole, by path."""
-    if not (out / MANIFEST_NAME).is_file():
-        return {}
-    try:
-        index = read_index(out)
-    except ShardError:
-        return {}
-    return {
-        shard.path: shard
-        for split, shards in index.splits.items()
-        for shard in shards
-        if not verify_shard(out, index, split, shard)
-    }
-
-
 def _make_shards(
     tasks: dict[str, list[ShardTask]],
     earlier: dict[str, ShardFile],
@@ -230,16 +208,3 @@ def _make_shards(
         made[task.path] = shard
         progress.advance(f"{task.path}: {shard.rows} rows, {shard.bytes / 1e6:.1f} MB")
     return {split: [made[task.path] for task in listed] for split, listed in tasks.items()}
-
-
-def _prune(out: Path, index: DatasetIndex, episodes: Sequence[Episode]) -> None:
-    """Remove shards that the dataset does not refer to, and superseded stages of its recordings."""
-    kept = {out / shard.path for split in index.splits.values() for shard in split}
-    for path in (out / "shards").glob("*.npz"):
-        if path not in kept:
-            path.unlink()
-    for episode in episodes:
-        current = set(episode.folders.values())
-        for folder in next(iter(current)).parent.iterdir():
-            if folder not in current:
-                shutil.rmtree(folder)

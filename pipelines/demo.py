@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from graspe_data.progress import Progress
 from graspe_data.recordings.writing import Compression, Container
 from graspe_data.simulation.scenario import load_scenario
 from pipelines.build import BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe
 from pipelines.executors import Workers
-from pipelines.progress import Progress
 from pipelines.simulate import Simulation, simulate
 
 DURATION_S = 60.0

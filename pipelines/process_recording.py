@@ -10,7 +10,7 @@ from typing import TypeVar
 from graspe_data.errors import GraspeError
 from graspe_data.recordings import recording_digest
 from graspe_data.recordings.layout import storage_files
-from pipelines.commit import committed_folder
+from graspe_data.whole_folder import whole_folder
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.stage import StageRecord, read_record, stage_folder
 from pipelines.stages.candidates import candidates, candidates_key
@@ -83,7 +83,7 @@ def _stages(task: RecordingTask, digest: str) -> Episode:
         folder = folders[stage] = stage_folder(home, stage, key)
         record = read_record(folder, model, key)
         if record is None:
-            with committed_folder(folder) as partial:
+            with whole_folder(folder) as partial:
                 record = work(partial)
             done_now.append(stage)
         return record

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Protocol, Self
+from typing import Self
 
 from rich.console import Console
 from rich.progress import (
@@ -15,26 +15,6 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.progress import Progress as Bar
-
-
-class Progress(Protocol):
-    """Is told what is done."""
-
-    def start(self, what: str, total: int) -> None:
-        """A phase of so many units begins."""
-
-    def advance(self, message: str) -> None:
-        """One unit is done."""
-
-
-class Silent:
-    """Tells nobody."""
-
-    def start(self, what: str, total: int) -> None:
-        """Ignore the phase."""
-
-    def advance(self, message: str) -> None:
-        """Ignore the unit."""
 
 
 class ConsoleProgress:

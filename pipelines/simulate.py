@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
-import glob
-import os
 import shutil
 import time
-import uuid
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from graspe_data.atomic_file import PARTIAL_SUFFIX
 from graspe_data.errors import GraspeError, RecordingError, StageError
+from graspe_data.progress import Progress
 from graspe_data.recordings.writing import Compression, Container
 from graspe_data.robot import Robot
 from graspe_data.simulation.recorded_truth import (
@@ -26,8 +21,8 @@ from graspe_data.simulation.recorded_truth import (
 )
 from graspe_data.simulation.recording import record_scenario
 from graspe_data.simulation.scenario import Scenario
+from graspe_data.whole_folder import workplace
 from pipelines.executors import Workers, run_all
-from pipelines.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -108,7 +103,7 @@ def _simulate_one(out: Path, threads: int, replace: bool, simulation: Simulation
         if kept is not None:
             return kept
         _make_way(target, replace)
-    with _own_folder(target) as folder:
+    with workplace(target) as folder:
         _record(simulation, folder / target.name, threads)
         _commit(folder / target.name, target)
     return Simulated(target, simulation.seed, _counts(target), time.monotonic() - begun)
@@ -123,32 +118,6 @@ def _kept(simulation: Simulation, target: Path, replace: bool) -> Simulated | No
         if replace:
             return None
         raise
-
-
-@contextmanager
-def _own_folder(target: Path) -> Iterator[Path]:
-    """A hidden folder that no other process writes to; those of killed processes go."""
-    for left in target.parent.glob(f".{glob.escape(target.name)}.*{PARTIAL_SUFFIX}"):
-        with suppress(OSError), _locked(left):
-            shutil.rmtree(left)
-    folder = target.parent / f".{target.name}.{uuid.uuid4().hex[:8]}{PARTIAL_SUFFIX}"
-    folder.mkdir()
-    try:
-        with _locked(folder):
-            yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Hold a folder; the lock ends with the process, however it ends."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    finally:
-        os.close(handle)
 
 
 def _commit(made: Path, target: Path) -> None:

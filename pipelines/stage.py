@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from graspe_data.documents import canonical_json, file_digest
 from graspe_data.manifest import Settings
 
 RECORD = "stage.json"
@@ -33,15 +34,10 @@ class StageRecord(Settings):
 Record = TypeVar("Record", bound=StageRecord)
 
 
-def canonical_json(content: Any) -> bytes:
-    """JSON that is the same for the same content, on every machine."""
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
 def stage_key(stage: str, version: int, **inputs: Any) -> str:
     """The key of a stage: the digest of its name, version, inputs and parameters."""
     content = {"stage": stage, "version": version, **inputs}
-    return hashlib.sha256(canonical_json(content)).hexdigest()
+    return hashlib.sha256(_text(content)).hexdigest()
 
 
 def stage_folder(episode: Path, stage: str, key: str) -> Path:
@@ -68,11 +64,7 @@ def read_record(folder: Path, model: type[Record], key: str) -> Record | None:
 
 
 def _intact(folder: Path, record: StageRecord) -> bool:
-    for name, expected in record.files.items():
-        with (folder / name).open("rb") as file:
-            if hashlib.file_digest(file, "sha256").hexdigest() != expected:
-                return False
-    return True
+    return all(file_digest(folder / name) == digest for name, digest in record.files.items())
 
 
 def write_record(folder: Path, record: StageRecord) -> None:
@@ -82,5 +74,9 @@ def write_record(folder: Path, record: StageRecord) -> None:
 
 def _sealed(record: StageRecord) -> bytes:
     """The record's JSON, and on a line of its own the digest of that."""
-    content = canonical_json(record.model_dump(mode="json"))
+    content = _text(record.model_dump(mode="json"))
     return content + b"\n" + hashlib.sha256(content).hexdigest().encode()
+
+
+def _text(content: Mapping[str, Any]) -> bytes:
+    return canonical_json(content, indent=None).encode()

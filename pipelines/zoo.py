@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from graspe_data.errors import ZooError
+from graspe_data.progress import Progress
 from graspe_data.shards import Dataset
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import load_checkpoint
@@ -16,7 +17,6 @@ from model_zoo.evaluation.compare import compare
 from model_zoo.evaluation.evaluate import evaluate, with_training
 from model_zoo.evaluation.evaluation import Evaluation, read_evaluation
 from model_zoo.evaluation.evaluation_file import evaluation_name
-from model_zoo.evaluation.progress import Progress
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe

@@ -8,9 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import ENCODE_GRAPH, SCORE_GRAPH, BundleContract
+from graspe_data.bundle_contract import (
+    BUNDLE,
+    CONTRACT_FILE,
+    ENCODE_GRAPH,
+    SCORE_GRAPH,
+    BundleContract,
+)
+from graspe_data.documents import parse_document
 from graspe_data.errors import PlannerError
-from planners.bundle_files import read_bundle_files
 from planners.graph import Arrays, Graph
 
 MOST_THREADS = 256
@@ -85,17 +91,20 @@ def load_bundle(path: Path | str, threads: int = 2) -> Bundle:
             f"threads is {threads!r}, and must be a whole number from 1 to {MOST_THREADS}."
         )
     path = Path(path)
-    contract, graphs = read_bundle_files(path)
+    files = BUNDLE.read(path, (CONTRACT_FILE, ENCODE_GRAPH, SCORE_GRAPH))
+    contract = parse_document(
+        files[CONTRACT_FILE], BundleContract, path / CONTRACT_FILE, PlannerError, BUNDLE.remedy
+    )
     encode = Graph(
         str(path / ENCODE_GRAPH),
-        graphs[ENCODE_GRAPH],
+        files[ENCODE_GRAPH],
         contract.encode_inputs,
         contract.features,
         threads,
     )
     score = Graph(
         str(path / SCORE_GRAPH),
-        graphs[SCORE_GRAPH],
+        files[SCORE_GRAPH],
         (*contract.features, *contract.score_inputs),
         (contract.output,),
         threads,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from graspe_data.documents import file_digest
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.sqlite_recovery import log_beside
 from graspe_data.recordings.layout import storage_files
@@ -37,9 +38,3 @@ def _with_log(path: Path) -> str:
 
 def _joined(digests: list[str]) -> str:
     return hashlib.sha256("".join(f"{digest}\n" for digest in digests).encode()).hexdigest()
-
-
-def file_digest(path: Path) -> str:
-    """The hexadecimal SHA-256 of a file; OSError where it cannot be read."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

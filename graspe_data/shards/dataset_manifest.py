@@ -13,6 +13,7 @@ from pydantic import Field, JsonValue, StringConstraints, field_validator, model
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.columns import Column
+from graspe_data.documents import Sha256, canonical_json
 from graspe_data.errors import ManifestError, ShardError
 from graspe_data.links import check_link
 from graspe_data.manifest import Settings, validate
@@ -26,7 +27,6 @@ _NUMBERS = {"bool", "float16", "float32", "float64"} | {
 
 Count = Annotated[int, Field(ge=0, le=1 << 48)]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]{0,99}$")]
-Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 
 
 class ShardFile(Settings):
@@ -168,23 +168,6 @@ class DatasetIndex(Settings):
         return _digest(self.model_dump(mode="json", exclude={"document_digest"}))
 
 
-def canonical_json(content: Mapping[str, Any], *, indent: int | None = 2) -> str:
-    """JSON with sorted keys; the same content gives the same text.
-
-    Raises:
-        ShardError: A NaN or an infinity, which JSON does not have.
-    """
-    separators = (",", ":") if indent is None else (",", ": ")
-    try:
-        return json.dumps(
-            content, sort_keys=True, indent=indent, separators=separators, allow_nan=False
-        )
-    except ValueError as error:
-        raise ShardError(
-            f"{MANIFEST_NAME}: {error}; store null where there is no number."
-        ) from error
-
-
 def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
     """Write ``dataset.json`` atomically, with its digest; the step that commits a dataset.
 
@@ -196,7 +179,7 @@ def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
     """
     named = index.model_copy(update={"dataset_digest": index.content_digest()})
     committed = named.model_copy(update={"document_digest": named.whole_digest()})
-    text = canonical_json(committed.model_dump(mode="json")) + "\n"
+    text = _text(committed.model_dump(mode="json")) + "\n"
     write_atomically(folder / MANIFEST_NAME, [text.encode("utf-8")], ShardError)
     return committed
 
@@ -250,5 +233,14 @@ def _validated(path: Path, content: Any) -> DatasetIndex:
 
 
 def _digest(content: Mapping[str, Any]) -> str:
-    text = canonical_json(content, indent=None)
+    text = _text(content, indent=None)
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def _text(content: Mapping[str, Any], indent: int | None = 2) -> str:
+    try:
+        return canonical_json(content, indent=indent)
+    except ValueError as error:
+        raise ShardError(
+            f"{MANIFEST_NAME}: {error}; store null where there is no number."
+        ) from error

@@ -9,9 +9,29 @@ from pydantic import Field, JsonValue
 
 from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
+from graspe_data.documents import Sha256
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
-from graspe_data.shards.dataset_manifest import Sha256
+from graspe_data.sealed_folder import SealedFolder
+
+WEIGHTS_FILE = "model.safetensors"
+CHECKPOINT = SealedFolder(
+    name="checkpoint",
+    format="graspe-checkpoint-1",
+    files=frozenset(
+        {
+            WEIGHTS_FILE,
+            "config.json",
+            "recipe.yaml",
+            "environment.json",
+            "metrics.json",
+            "calibration.json",
+            "card.md",
+        }
+    ),
+    refusal=ZooError,
+    remedy="Copy the checkpoint again from where it was made, or train it again.",
+)
 
 
 class InputColumn(Settings):

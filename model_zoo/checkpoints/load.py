@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,29 +11,17 @@ import torch
 from pydantic import BaseModel
 from torch import Tensor
 
+from graspe_data.documents import parse_document, parse_mapping
 from graspe_data.errors import ManifestError, ZooError
-from graspe_data.manifest import read_yaml, validate
+from graspe_data.manifest import read_yaml
 from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
-from model_zoo.checkpoints.config import CheckpointConfig
+from model_zoo.checkpoints.config import CHECKPOINT, WEIGHTS_FILE, CheckpointConfig
 from model_zoo.checkpoints.model_inputs import Columns, model_inputs
-from model_zoo.checkpoints.sealed_folder import check_sealed, read_bounded
 from model_zoo.checkpoints.sizes import check_sizes
 from model_zoo.checkpoints.weights import load_weights
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, list_models
 
-WEIGHTS_FILE = "model.safetensors"
-_FILES = frozenset(
-    {
-        WEIGHTS_FILE,
-        "config.json",
-        "recipe.yaml",
-        "environment.json",
-        "metrics.json",
-        "calibration.json",
-        "card.md",
-    }
-)
 _LARGEST_JSON = 4 << 20
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -109,7 +96,7 @@ def read_description(folder: Path) -> tuple[CheckpointConfig, dict[str, Any]]:
     Raises:
         ZooError: Names the file that is missing, damaged or does not validate.
     """
-    check_sealed(folder, _FILES)
+    CHECKPOINT.check(folder)
     return _validated(folder / "config.json", CheckpointConfig), _recipe(folder)
 
 
@@ -119,7 +106,7 @@ def checkpoint_digest(folder: Path) -> str:
     Raises:
         ZooError: As :func:`read_description`.
     """
-    return check_sealed(folder, _FILES)
+    return CHECKPOINT.check(folder)
 
 
 def load_checkpoint(path: Path | str) -> Checkpoint:
@@ -130,7 +117,7 @@ def load_checkpoint(path: Path | str) -> Checkpoint:
             name, shape or dtype that does not fit.
     """
     folder = Path(path)
-    digest = check_sealed(folder, _FILES)
+    digest = CHECKPOINT.check(folder)
     config = _validated(folder / "config.json", CheckpointConfig)
     calibration, uncalibrated = _calibration(folder / "calibration.json")
     return Checkpoint(
@@ -193,17 +180,10 @@ def _model(folder: Path, config: CheckpointConfig) -> SuccessModel:
 
 
 def _validated(path: Path, model: type[_Model]) -> _Model:
-    try:
-        return validate(_json(path), model, str(path))
-    except ManifestError as error:
-        raise ZooError(str(error)) from error
+    content = CHECKPOINT.read_bounded(path, _LARGEST_JSON)
+    return parse_document(content, model, path, ZooError, CHECKPOINT.remedy)
 
 
 def _json(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(read_bounded(path, _LARGEST_JSON))
-    except (ValueError, RecursionError) as error:
-        raise ZooError(f"{path}: not valid JSON: {error}.") from error
-    if not isinstance(content, dict):
-        raise ZooError(f"{path}: expected a mapping, found {type(content).__name__}.")
-    return content
+    content = CHECKPOINT.read_bounded(path, _LARGEST_JSON)
+    return parse_mapping(content, path, ZooError, CHECKPOINT.remedy)

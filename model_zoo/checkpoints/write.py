@@ -14,14 +14,19 @@ from torch import Tensor
 
 from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
-from graspe_data.errors import ManifestError, ShardError, ZooError
+from graspe_data.documents import canonical_json
+from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
-from graspe_data.shards.dataset_manifest import canonical_json
 from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
 from model_zoo.checkpoints.card import render_card
-from model_zoo.checkpoints.config import Beginning, CheckpointConfig, input_columns
+from model_zoo.checkpoints.config import (
+    CHECKPOINT,
+    WEIGHTS_FILE,
+    Beginning,
+    CheckpointConfig,
+    input_columns,
+)
 from model_zoo.checkpoints.environment import describe_environment
-from model_zoo.checkpoints.sealed_folder import write_sealed
 from model_zoo.contract import SuccessModel
 
 
@@ -81,7 +86,7 @@ def write_checkpoint(
     )
     environment = describe_environment()
     files = {
-        "model.safetensors": safetensors.torch.save(_weights(model)),
+        WEIGHTS_FILE: safetensors.torch.save(_weights(model)),
         "config.json": _json(config.model_dump(mode="json")),
         "recipe.yaml": _yaml(recipe),
         "environment.json": _json(environment),
@@ -89,7 +94,7 @@ def write_checkpoint(
         "calibration.json": _json({} if calibration is None else calibration.model_dump()),
         "card.md": render_card(config, recipe, environment, metrics, calibration).encode(),
     }
-    write_sealed(folder, files)
+    CHECKPOINT.write(folder, files)
     return folder
 
 
@@ -113,7 +118,7 @@ def _weights(model: SuccessModel) -> dict[str, Tensor]:
 def _json(content: Mapping[str, Any]) -> bytes:
     try:
         return (canonical_json(content) + "\n").encode()
-    except (ShardError, TypeError) as error:
+    except (ValueError, TypeError) as error:
         raise ZooError(f"a checkpoint holds JSON: {error}") from error
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import torch
 
+from graspe_data.progress import Progress, Silent
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.device import Device, choose_device
@@ -15,7 +16,6 @@ from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
 from model_zoo.evaluation.latency import measure_latency
 from model_zoo.evaluation.predictions import predict_split
-from model_zoo.evaluation.progress import Progress, Silent
 from model_zoo.evaluation.recipe_summary import digest_of, summarise_recipe
 from model_zoo.evaluation.score_cells import score_cells
 

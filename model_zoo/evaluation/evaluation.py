@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from stat import S_ISREG
 from typing import Annotated, Literal, Self
@@ -10,9 +9,9 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from graspe_data.atomic_file import write_atomically
-from graspe_data.errors import ManifestError, ZooError
-from graspe_data.manifest import Settings, validate
-from graspe_data.shards.dataset_manifest import Sha256, canonical_json
+from graspe_data.documents import Sha256, canonical_json, parse_document
+from graspe_data.errors import ZooError
+from graspe_data.manifest import Settings
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
 from model_zoo.evaluation.latency import LARGEST_COUNT, Latency
 from model_zoo.evaluation.recipe_summary import RecipeSummary
@@ -119,15 +118,9 @@ def read_evaluation(path: Path) -> Evaluation:
             raise ZooError(f"{path}: no regular file; give the file that `zoo evaluate` wrote.")
         if found.st_size > _LARGEST:
             raise ZooError(f"{path}: larger than {_LARGEST} bytes, so no evaluation.")
-        content = json.loads(path.read_bytes())
-        if not isinstance(content, dict):
-            raise ZooError(f"{path}: expected a mapping, found {type(content).__name__}.")
-        return validate(content, Evaluation, str(path))
+        content = path.read_bytes()
     except OSError as error:
         raise ZooError(
             f"{path}: cannot be read: {error.strerror}. Run `graspe zoo evaluate` first."
         ) from error
-    except (ValueError, RecursionError) as error:
-        raise ZooError(f"{path}: not valid JSON: {error}. Evaluate again.") from error
-    except ManifestError as error:
-        raise ZooError(f"{error}\nEvaluate again.") from error
+    return parse_document(content, Evaluation, path, ZooError, "Evaluate again.")

@@ -6,9 +6,8 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from graspe_data.errors import ShardError
+from graspe_data.documents import Sha256, canonical_json
 from graspe_data.manifest import Settings
-from graspe_data.shards.dataset_manifest import Sha256, canonical_json
 
 _SHORT = 8
 
@@ -40,7 +39,7 @@ def summarise_recipe(recipe: Any) -> RecipeSummary | None:
     try:
         values = {name: _value(value) for name, value in content.items()}
         return RecipeSummary(digest=digest_of(content), values=values)
-    except (ShardError, TypeError):
+    except (ValueError, TypeError):
         return None
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import secrets
-import shutil
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
-from graspe_data.atomic_file import PARTIAL_SUFFIX, write_atomically
-from graspe_data.bundle_contract import SEAL_FILE, SEALED_FILES, BundleSeal, SealedFile
+from graspe_data.bundle_contract import BUNDLE
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import canonical_json
+from graspe_data.sealed_folder import SEAL_FILE
+from graspe_data.whole_folder import replaced_folder
 
 
 def write_bundle(folder: Path, files: Mapping[str, bytes]) -> Path:
@@ -23,24 +21,11 @@ def write_bundle(folder: Path, files: Mapping[str, bytes]) -> Path:
         ZooError: Something else lies there, or it cannot be written.
     """
     check_place(folder)
-    token = secrets.token_hex(4)
-    partial, old = (
-        folder.with_name(f".{folder.name}.{token}.{part}{PARTIAL_SUFFIX}")
-        for part in ("new", "old")
-    )
     try:
-        partial.mkdir(parents=True)
-        for name, content in files.items():
-            write_atomically(partial / name, [content], ZooError)
-        write_atomically(partial / SEAL_FILE, [_seal(files)], ZooError)
-        if folder.exists():
-            folder.rename(old)
-        partial.rename(folder)
+        with replaced_folder(folder) as made:
+            replace(BUNDLE, refusal=ZooError).write(made, files)
     except OSError as error:
         raise ZooError(f"{folder}: cannot be written: {error.strerror}.") from error
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-        shutil.rmtree(old, ignore_errors=True)
     return folder
 
 
@@ -54,17 +39,9 @@ def check_place(folder: Path) -> None:
         return
     if not folder.is_dir():
         raise ZooError(f"{folder}: is a file. Give another folder to --out.")
-    others = sorted({path.name for path in folder.iterdir()} - SEALED_FILES - {SEAL_FILE})
+    others = sorted({path.name for path in folder.iterdir()} - BUNDLE.files - {SEAL_FILE})
     if others:
         raise ZooError(
             f"{folder}: holds other files ({', '.join(others[:3])}), so it is no place for a "
             "bundle. Give a new folder to --out."
         )
-
-
-def _seal(files: Mapping[str, bytes]) -> bytes:
-    sealed = {
-        name: SealedFile(bytes=len(content), sha256=hashlib.sha256(content).hexdigest())
-        for name, content in files.items()
-    }
-    return (canonical_json(BundleSeal(files=sealed).model_dump(mode="json")) + "\n").encode()

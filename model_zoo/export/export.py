@@ -20,12 +20,13 @@ from graspe_data.bundle_contract import (
     Thresholds,
     Tolerance,
 )
+from graspe_data.documents import canonical_json
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
-from graspe_data.shards.dataset_manifest import canonical_json, read_index
+from graspe_data.progress import Progress, Silent
+from graspe_data.shards.dataset_manifest import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
-from model_zoo.evaluation.progress import Progress, Silent
 from model_zoo.export.bundle_folder import check_place, write_bundle
 from model_zoo.export.candidates import candidate_images
 from model_zoo.export.card import render_card

@@ -16,8 +16,8 @@ from graspe_data.arrays import Floats32
 from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from graspe_data.progress import Progress
 from model_zoo.checkpoints import Checkpoint
-from model_zoo.evaluation.progress import Progress
 from model_zoo.export.graphs import CANDIDATES, Graphs
 from model_zoo.export.scenes import Columns, Kind, Scene
 

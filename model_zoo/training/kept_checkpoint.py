@@ -7,8 +7,8 @@ from pathlib import Path
 
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
+from graspe_data.sealed_folder import SEAL_FILE
 from model_zoo.checkpoints.load import read_description
-from model_zoo.checkpoints.sealed_folder import SEAL_NAME
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import Identity
 
@@ -38,7 +38,7 @@ def is_kept(folder: Path, identity: Identity, *, has_state: bool) -> bool:
             f"{folder}: found a file, expected the folder of a checkpoint or nothing. Move it "
             "away, or give another folder for the run."
         )
-    if not os.path.lexists(folder / SEAL_NAME):
+    if not os.path.lexists(folder / SEAL_FILE):
         return False
     fault = _fault(folder, identity)
     if fault and not has_state:

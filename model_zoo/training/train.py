@@ -12,8 +12,9 @@ from pydantic import JsonValue
 from safetensors.torch import load_file
 
 from graspe_data.errors import ZooError
+from graspe_data.folder_lock import hold_folder
 from graspe_data.shards.dataset_manifest import read_index
-from model_zoo.checkpoints.load import WEIGHTS_FILE
+from model_zoo.checkpoints.config import WEIGHTS_FILE
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
 from model_zoo.training.data import open_data
@@ -23,12 +24,14 @@ from model_zoo.training.machine import Machine, count_ranks, launch_fabric
 from model_zoo.training.progress import SilentProgress, TrainingProgress
 from model_zoo.training.publish import publish
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.run_lock import locked
 from model_zoo.training.state import Identity
 from model_zoo.training.state_file import STATE_FILE, StateFile
 from model_zoo.training.step_seed import step_seed
 from model_zoo.training.summary import summarise
 from model_zoo.training.trainer import Trainer
+
+LOCK_FILE = ".lock"
+"""In a run's folder; tells which process trains there."""
 
 
 def train(
@@ -134,7 +137,8 @@ def train_model(
     finished = None if begin is None else open_finished(begin, identity, out)
     if finished is not None:
         identity = identity.model_copy(update={"begins_from": finished.beginning})
-    with locked(out) if fabric.is_global_zero else nullcontext():
+    held = hold_folder(out, "training", ZooError, LOCK_FILE)
+    with held if fabric.is_global_zero else nullcontext():
         return _train(fabric, model, identity, dataset, out, progress, machine, finished)
 
 

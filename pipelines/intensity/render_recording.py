@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import RecordingError, StageError
 from graspe_data.geometry import Transform
+from graspe_data.progress import Progress
 from graspe_data.recordings.decoding import decode_image
 from graspe_data.recordings.recording import Recording, open_recording
 from graspe_data.robot import Intrinsics
@@ -27,7 +28,6 @@ from pipelines.intensity.mapped_clouds import (
     UnmappedCloud,
 )
 from pipelines.intensity.video import VideoFile
-from pipelines.progress import Progress
 
 NS_PER_S = 1e9
 VIDEO = "maps.mp4"

@@ -10,8 +10,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from graspe_data.atomic_file import write_atomically
+from graspe_data.documents import canonical_json
 from graspe_data.shards.dataset import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, canonical_json, read_index
+from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from pipelines.findings import findings_of
 from pipelines.report.balance import Balance, SplitBalance, split_balance
 from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours

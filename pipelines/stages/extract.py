@@ -10,10 +10,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.documents import file_digest
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.recordings.content import ContentIdentity
-from graspe_data.recordings.digest import file_digest
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Intrinsics

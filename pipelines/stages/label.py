@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.documents import canonical_json
 from graspe_data.errors import StageError
 from graspe_data.observation.labels import (
     Annotation,
@@ -21,7 +22,7 @@ from pipelines.dataset_settings import DatasetManifest
 from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.motion_files import read_motion
 from pipelines.row_columns import label_columns
-from pipelines.stage import StageRecord, canonical_json, stage_key, write_record
+from pipelines.stage import StageRecord, stage_key, write_record
 from pipelines.stages.extract import ExtractRecord
 
 VERSION = 1
@@ -49,12 +50,12 @@ def label_key(
     manifest: DatasetManifest, extracted: ExtractRecord, annotation: Annotation | None
 ) -> str:
     """The key of the label stage: the extract stage, the rules, and what the annotation says."""
-    said = canonical_json(annotation.model_dump(mode="json")) if annotation else b""
+    said = canonical_json(annotation.model_dump(mode="json"), indent=None) if annotation else ""
     return stage_key(
         "label",
         VERSION,
         extract=extracted.key,
-        annotation=hashlib.sha256(said).hexdigest(),
+        annotation=hashlib.sha256(said.encode()).hexdigest(),
         proposals=manifest.proposals.model_dump(mode="json"),
         labels=manifest.labels.model_dump(mode="json"),
         horizon=manifest.horizon.model_dump(mode="json"),

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from graspe_data.bundle_contract import CONTRACT_FILE, SEAL_FILE
+from graspe_data.bundle_contract import CONTRACT_FILE
 from graspe_data.errors import StageError
 from graspe_data.manifest import Settings
+from graspe_data.sealed_folder import SEAL_FILE
 from graspe_data.simulation.field import Field
 from pipelines.trials.config import TrialConfig, digest_of
 from pipelines.trials.map_methods import MAP_METHODS, map_settings, map_source

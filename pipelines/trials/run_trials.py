@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import logging
-import shutil
-import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from graspe_data.atomic_file import PARTIAL_SUFFIX, write_atomically
+from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import StageError
+from graspe_data.progress import Progress
 from graspe_data.simulation.field import Field, build_field
 from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.recorded_truth import truth_path
 from graspe_data.simulation.recording import record_drive
 from graspe_data.simulation.simulated_drive import SimulatedDrive
+from graspe_data.whole_folder import workplace
 from pipelines.executors import Workers, run_all
-from pipelines.progress import Progress
 from pipelines.trials.config import Conditions, TrialConfig
 from pipelines.trials.methods import Method, make_planner, make_watch, make_witness
 from pipelines.trials.run_trial import run_trial
@@ -140,11 +139,7 @@ def _bag_of(file: Path) -> Path:
 def _record(field: Field, drive: Drive, bag: Path, threads: int) -> None:
     """Record the drive as the robot would have, its whole turns of the lidar included."""
     whole = build_field(field.scenario, field.robot, field.seed, threads)
-    folder = bag.parent / f".{bag.name}.{uuid.uuid4().hex[:8]}{PARTIAL_SUFFIX}"
-    folder.mkdir()
-    try:
+    with workplace(bag) as folder:
         record_drive(SimulatedDrive.through(whole, drive), folder / bag.name, "bag")
         truth_path(folder / bag.name).replace(truth_path(bag))
         (folder / bag.name).replace(bag)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from graspe_data.progress import Silent
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 
 
 def main(recipe: Path, out: Path, workers: int, recordings: list[Path]) -> None:

@@ -10,16 +10,16 @@ import pytest
 
 from graspe_data.errors import StageError
 from graspe_data.observation.labels import Annotation, Interval, annotation_path, write_annotation
+from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.shards.verify import verify_dataset
 from graspe_data.simulation.message_stream import START_NS
 from graspe_data.simulation.motion.drivers import Leg
 from pipelines.build import BuildResult, build_dataset
-from pipelines.commit import only_builder
+from pipelines.dataset_folder import only_builder
 from pipelines.dataset_settings import DatasetRecipe, Group, SplitSettings, StorageSettings
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 from tests.pipelines.conftest import RecordingFactory
 from tests.pipelines.file_digests import file_digests
@@ -156,7 +156,7 @@ def test_no_rows_at_all_is_an_error_with_the_reasons(
 def test_two_builds_in_one_folder_are_refused(recipe: DatasetRecipe, tmp_path: Path) -> None:
     with (
         only_builder(tmp_path / "out"),
-        pytest.raises(StageError, match=r"another build is at work"),
+        pytest.raises(StageError, match=r"another process is building here"),
     ):
         build(recipe, [], tmp_path / "out")
 

@@ -11,6 +11,7 @@ import pytest
 
 from graspe_data.known_outcomes import read_outcomes
 from graspe_data.manifest import find_manifest, load_manifest, validate
+from graspe_data.progress import Silent
 from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
 from graspe_data.simulation.recorded_truth import CANDIDATES_TOPIC
@@ -19,7 +20,6 @@ from pipelines.build import build_dataset
 from pipelines.dataset_settings import CandidateSettings, DatasetRecipe
 from pipelines.executors import Workers
 from pipelines.process_recording import RecordingTask, Refusal, process_recording
-from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 from pipelines.simulate import Simulation, simulate
 from tests.pipelines.conftest import RecordingFactory

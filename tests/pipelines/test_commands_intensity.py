@@ -12,13 +12,13 @@ import pytest
 from typer.testing import CliRunner
 
 from graspe_data.errors import StageError
+from graspe_data.progress import Silent
 from graspe_data.recordings import open_recording
 from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.command_line import app
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
 from pipelines.intensity.mapped_clouds import CloudMapper, MappedCloud, MapRequest
 from pipelines.intensity.render_recording import render_recording
-from pipelines.progress import Silent
 from tests.pipelines.conftest import RecordingFactory
 
 STREET = "kitti_street_camera_lidar_odometry"

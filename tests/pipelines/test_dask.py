@@ -15,12 +15,12 @@ from pathlib import Path
 import pytest
 
 from graspe_data.errors import StageError
+from graspe_data.progress import Silent
 from graspe_data.simulation.motion.drivers import Leg
 from pipelines import dask_cluster
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers, run_all
-from pipelines.progress import Silent
 from tests.pipelines.conftest import RecordingFactory
 from tests.pipelines.fatal_task import fatal_for_three
 from tests.pipelines.file_digests import file_digests

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from graspe_data.manifest import find_manifest, load_manifest
+from graspe_data.progress import Silent
 from graspe_data.robot import Robot
 from graspe_data.simulation.scenario import Scenario
 from pipelines import demo
 from pipelines.dataset_settings import load_recipe
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.splits import split_of
 from tests.conftest import GARDEN
 

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 
 from graspe_data.observation.intensity_map import GridSettings, LayerSettings
+from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe, SplitSettings, StorageSettings
 from pipelines.executors import Workers
 from pipelines.process_recording import RecordingTask, Refusal, process_recording
-from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 from pipelines.report import page
 from pipelines.stages.extract import extract_key

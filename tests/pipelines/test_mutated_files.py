@@ -19,6 +19,7 @@ from graspe_data.observation.labels import (
     write_annotation,
 )
 from graspe_data.observation.labels.verdicts import Interval
+from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.shards.verify import verify_dataset
@@ -27,7 +28,6 @@ from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
 from pipelines.executors import Workers
 from pipelines.process_recording import RecordingTask, Refusal, process_recording
-from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 from tests.pipelines.conftest import RecordingFactory
 from tests.pipelines.file_digests import file_digests

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from pipelines.build import BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe
 from pipelines.executors import Workers
 from pipelines.process_recording import RecordingTask, Refusal, process_recording
-from pipelines.progress import Silent
 from pipelines.rederive import rederive_rows
 
 STREET = "kitti_street_camera_lidar_odometry"

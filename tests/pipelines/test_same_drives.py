@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graspe_data.progress import Silent
 from graspe_data.recordings import RecordingWriter, open_recording, recording_digest
 from graspe_data.recordings.writing import Container
 from graspe_data.shards.dataset_manifest import RecordingEntry
@@ -12,7 +13,6 @@ from graspe_data.synchronisation.first_pass import read_tracks
 from pipelines.build import BuildResult, build_dataset
 from pipelines.dataset_settings import DatasetRecipe, Group, SplitSettings
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.same_drives import Drive
 from pipelines.splits import Placement, place_recordings
 from tests.pipelines.conftest import LEGS, RecordingFactory

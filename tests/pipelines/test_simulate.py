@@ -12,11 +12,11 @@ import yaml
 
 from graspe_data.errors import ManifestError, RecordingError
 from graspe_data.observation.labels import read_annotation
+from graspe_data.progress import Silent
 from graspe_data.recordings import recording_digest
 from graspe_data.simulation.recorded_truth import truth_path
 from graspe_data.simulation.scenario import load_scenario
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.simulate import Simulation, simulate
 
 SCENARIO: dict[str, Any] = {

@@ -21,10 +21,10 @@ from graspe_data.bundle_contract import (
     PARITY_FILE,
     RECORDED_FILE,
     SCORE_GRAPH,
-    SEAL_FILE,
     SEALED_FILES,
 )
 from graspe_data.errors import PlannerError
+from graspe_data.sealed_folder import SEAL_FILE
 from planners.bundle import Bundle, load_bundle
 from planners.graph import Arrays, Graph
 from planners.recorded_check import recorded_deviation
@@ -140,14 +140,14 @@ def test_a_changed_byte_is_named(copy: Path, name: str) -> None:
     content = bytearray((copy / name).read_bytes())
     content[len(content) // 2] ^= 1
     (copy / name).write_bytes(bytes(content))
-    with pytest.raises(PlannerError, match=f"{name}: SHA-256"):
+    with pytest.raises(PlannerError, match=f"{name}: was changed or damaged: SHA-256"):
         load_bundle(copy)
 
 
 def test_a_longer_file_is_not_read(copy: Path) -> None:
     with (copy / PARITY_FILE).open("ab") as file:
         file.write(b" ")
-    with pytest.raises(PlannerError, match=f"{PARITY_FILE}: 3 bytes, expected at most 2"):
+    with pytest.raises(PlannerError, match=f"{PARITY_FILE}: has 3 bytes, the seal says 2"):
         load_bundle(copy)
 
 
@@ -163,7 +163,7 @@ def test_a_link_is_followed_where_the_user_says_and_its_digest_is_checked(
     monkeypatch.setenv("GRASPE_LINKS", str(disk.parent))
     load_bundle(copy)
     disk.write_bytes(disk.read_bytes()[:-1] + b"x")
-    with pytest.raises(PlannerError, match=f"{ENCODE_GRAPH}: SHA-256"):
+    with pytest.raises(PlannerError, match=f"{ENCODE_GRAPH}: was changed or damaged: SHA-256"):
         load_bundle(copy)
 
 

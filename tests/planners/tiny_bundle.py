@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,19 +12,17 @@ import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from graspe_data.bundle_contract import (
+    BUNDLE_FORMAT,
     CARD_FILE,
     CONTRACT_FILE,
     ENCODE_GRAPH,
     PARITY_FILE,
     RECORDED_FILE,
     SCORE_GRAPH,
-    SEAL_FILE,
     BundleContract,
-    BundleSeal,
     Decision,
     ObservationContract,
     RobotContract,
-    SealedFile,
     SensorPose,
     Tensor,
 )
@@ -35,6 +32,7 @@ from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Robot
+from graspe_data.sealed_folder import SEAL_FILE, seal_text
 from planners.calibration import Calibration
 
 HEIGHT, WIDTH, STEPS, HISTORY, POINTS = 24, 32, 10, 20, 400
@@ -97,13 +95,8 @@ def write_tiny_bundle(folder: Path, contract: BundleContract) -> Path:
 
 def seal(folder: Path) -> None:
     """Write the seal over whatever the files now hold."""
-    files = {}
-    for path in sorted(folder.iterdir()):
-        if path.name != SEAL_FILE:
-            content = path.read_bytes()
-            digest = hashlib.sha256(content).hexdigest()
-            files[path.name] = SealedFile(bytes=len(content), sha256=digest)
-    (folder / SEAL_FILE).write_text(BundleSeal(files=files).model_dump_json())
+    files = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != SEAL_FILE}
+    (folder / SEAL_FILE).write_bytes(seal_text(BUNDLE_FORMAT, files))
 
 
 def recorded(offset: float = 0.0) -> bytes:

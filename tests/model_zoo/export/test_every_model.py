@@ -20,12 +20,11 @@ from graspe_data.bundle_contract import (
     PARITY_FILE,
     RECORDED_FILE,
     SCORE_GRAPH,
-    SEAL_FILE,
     SEALED_FILES,
     BundleContract,
-    BundleSeal,
 )
 from graspe_data.errors import ZooError
+from graspe_data.sealed_folder import SEAL_FILE, Seal
 from graspe_data.shards.dataset_manifest import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.contract import Features, Observation, SuccessModel
@@ -96,7 +95,7 @@ def keep(model: SuccessModel) -> Callable[[Path], Checkpoint]:
 
 def expect_all_files_sealed(made: Made) -> None:
     assert {path.name for path in made.bundle.iterdir()} == {*SEALED_FILES, SEAL_FILE}
-    seal = BundleSeal.model_validate(read(made.bundle / SEAL_FILE))
+    seal = Seal.model_validate(read(made.bundle / SEAL_FILE))
     for name, entry in seal.files.items():
         assert (made.bundle / name).stat().st_size == entry.bytes
 

@@ -17,7 +17,7 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints.sealed_folder import SEAL_NAME
+from graspe_data.sealed_folder import SEAL_FILE
 from model_zoo.contract import Loss, Observation
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import SilentProgress
@@ -105,7 +105,7 @@ def rewrite(state: Path, change: Callable[[dict[str, Tensor], dict[str, str]], o
 
 
 def test_a_changed_tensor_of_the_state_is_found(dataset: Path, one: Path) -> None:
-    (one / "checkpoint" / SEAL_NAME).unlink()
+    (one / "checkpoint" / SEAL_FILE).unlink()
     rewrite(one / "state.safetensors", lambda tensors, _: tensors["best.net.4.bias"].add_(1))
     with pytest.raises(ZooError, match="a damaged state: SHA-256"):
         train_tiny(dataset, one)
@@ -114,7 +114,7 @@ def test_a_changed_tensor_of_the_state_is_found(dataset: Path, one: Path) -> Non
 def test_a_state_of_a_former_version_has_no_digest_and_is_read(
     dataset: Path, runs: Path, one: Path
 ) -> None:
-    (one / "checkpoint" / SEAL_NAME).unlink()
+    (one / "checkpoint" / SEAL_FILE).unlink()
     rewrite(one / "state.safetensors", lambda _, metadata: metadata.pop("sha256"))
     train_tiny(dataset, one)
     assert weights(one) == weights(runs / "one")

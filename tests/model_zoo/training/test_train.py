@@ -14,7 +14,7 @@ from torch import Tensor
 
 from graspe_data.columns import Column
 from graspe_data.errors import ShardError, ZooError
-from model_zoo.checkpoints.sealed_folder import SEAL_NAME
+from graspe_data.sealed_folder import SEAL_FILE
 from model_zoo.contract import Loss, Observation
 from model_zoo.training.history import EpochRecord
 from model_zoo.training.machine import Machine
@@ -174,17 +174,17 @@ def test_it_is_logged_for_tensorboard(dataset: Path, tmp_path: Path) -> None:
 
 def test_a_finished_training_is_not_done_again(dataset: Path, tmp_path: Path) -> None:
     train_tiny(dataset, tmp_path)
-    sealed = (tmp_path / "checkpoint" / SEAL_NAME).stat().st_mtime_ns
+    sealed = (tmp_path / "checkpoint" / SEAL_FILE).stat().st_mtime_ns
     model = make_model()
     train_tiny(dataset, tmp_path, model=model)
     assert model.taught == []
-    assert (tmp_path / "checkpoint" / SEAL_NAME).stat().st_mtime_ns == sealed
+    assert (tmp_path / "checkpoint" / SEAL_FILE).stat().st_mtime_ns == sealed
 
 
 def test_a_checkpoint_that_was_lost_is_written_again(dataset: Path, tmp_path: Path) -> None:
     train_tiny(dataset, tmp_path)
     files = {path.name: path.read_bytes() for path in (tmp_path / "checkpoint").iterdir()}
-    (tmp_path / "checkpoint" / SEAL_NAME).unlink()
+    (tmp_path / "checkpoint" / SEAL_FILE).unlink()
     train_tiny(dataset, tmp_path)
     assert {p.name: p.read_bytes() for p in (tmp_path / "checkpoint").iterdir()} == files
 

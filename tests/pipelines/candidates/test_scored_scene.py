@@ -14,12 +14,12 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 
 from graspe_data.bundle_contract import Tensor
+from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from pipelines.build import build_dataset
 from pipelines.candidates import columns_of, most_telling, score_row, write_candidates_picture
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from tests.pipelines.conftest import RecordingFactory
 
 Arrays = Mapping[str, NDArray[Any]]

@@ -12,11 +12,11 @@ import pytest
 
 from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import PlannerError, StageError
+from graspe_data.progress import Silent
 from graspe_data.recordings import open_recording
 from graspe_data.robot import Limits
 from graspe_data.simulation.recorded_truth import read_truth
 from pipelines.executors import Workers
-from pipelines.progress import Silent
 from pipelines.trials.config import Conditions, TrialConfig
 from pipelines.trials.methods import Method, make_planner, make_witness, parse_methods
 from pipelines.trials.run_trial import run_trial

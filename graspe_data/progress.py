@@ -1,4 +1,4 @@
-"""Who is told how far an evaluation has come."""
+"""Who is told how far long work has come; the command line shows it."""
 
 from __future__ import annotations
 
