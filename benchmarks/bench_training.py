@@ -18,9 +18,9 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, wr
 from graspe_data.shards.shard_writer import write_shard
 from model_zoo.augmentation import AugmentationSettings
 from model_zoo.batches import Batch
+from model_zoo.labels import LABEL_COLUMNS
 from model_zoo.registry import create_model
 from model_zoo.training.history import EpochRecord
-from model_zoo.training.labels import LABEL_COLUMNS
 from model_zoo.training.machine import Machine, launch_fabric
 from model_zoo.training.meter import Stopwatch
 from model_zoo.training.optimisation import Optimisation

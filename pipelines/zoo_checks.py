@@ -10,9 +10,9 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from model_zoo.augmentation import Condition
+from model_zoo.labels import LABEL_COLUMNS
 from model_zoo.registry import create_model
 from model_zoo.training.checks import VALIDATION, check_declared, check_forward
-from model_zoo.training.labels import LABEL_COLUMNS
 
 Named = tuple[str, str]
 

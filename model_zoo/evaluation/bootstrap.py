@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats, Indices, Mask
-from model_zoo.evaluation.metrics import (
+from model_zoo.metrics import (
     CALIBRATION_BINS,
     calibration_bin,
     judged_rows,
@@ -39,7 +39,7 @@ def resampled_scores(
         weights: (S, R), of :func:`draw_weights`.
 
     Returns:
-        By the name of the function in :mod:`model_zoo.evaluation.metrics`, (S,); NaN where a
+        By the name of the function in :mod:`model_zoo.metrics`, (S,); NaN where a
         resample has one class only.
     """
     z, y = judged_steps(log_odds, success, mask)

@@ -82,7 +82,7 @@ class Cell(Settings):
         rows: Their rows.
         judged: Judged steps of these rows.
         success_share: Of the judged steps.
-        scores: By the name of the function in :mod:`model_zoo.evaluation.metrics`.
+        scores: By the name of the function in :mod:`model_zoo.metrics`.
         au_roc_resamples: AU-ROC of every resample; the same resamples for every model, so that
             differences between models can be judged pair by pair.
         roc: Of the judged steps, pooled; None where one class alone was judged.

@@ -9,7 +9,7 @@ from typing import Any
 
 from model_zoo.evaluation.contestants import Contestant, all_and_each
 from model_zoo.evaluation.evaluation import Evaluation
-from model_zoo.evaluation.score_cells import METRICS
+from model_zoo.metrics import METRICS
 
 _FIELDS = (
     "model",

@@ -7,7 +7,7 @@ from sklearn.metrics import roc_curve
 
 from graspe_data.arrays import Floats, Mask
 from model_zoo.evaluation.cell import ROC_POINTS, CalibrationCurve, RocCurve
-from model_zoo.evaluation.metrics import CALIBRATION_BINS, calibration_bin
+from model_zoo.metrics import CALIBRATION_BINS, calibration_bin
 
 _GRID = np.linspace(0, 1, ROC_POINTS)
 _DIGITS = 5

@@ -17,7 +17,7 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, re
 from model_zoo.augmentation import CONDITIONS, Condition, check_lidar_may_fail, columns_needed
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.cell import ALL_SCENARIOS
-from model_zoo.training.labels import check_binary
+from model_zoo.labels import check_binary
 
 _LABELS = ("success", "success_mask", "recording")
 _UNGROUPED = "ungrouped"

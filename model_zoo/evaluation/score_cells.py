@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-from numpy.typing import ArrayLike
 
 from graspe_data.arrays import Floats, Indices, Mask
-from model_zoo.evaluation import metrics
+from model_zoo import metrics
 from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, StoredScore
 from model_zoo.evaluation.curves import calibration_curve, roc
 from model_zoo.evaluation.judged_split import JudgedSplit
-
-METRICS: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], float | None]] = {
-    "au_roc": metrics.au_roc,
-    "minimum_au_roc": metrics.minimum_au_roc,
-    "average_precision": metrics.average_precision,
-    "failure_average_precision": metrics.failure_average_precision,
-    "brier": metrics.brier,
-    "expected_calibration_error": metrics.expected_calibration_error,
-}
-"""What is scored, in the order of tables."""
+from model_zoo.metrics import METRICS
 
 _Labelled = tuple[Floats, Mask, Mask]
 

@@ -13,7 +13,7 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, SuccessModel
-from model_zoo.training.labels import MASK, SUCCESS, check_binary
+from model_zoo.labels import MASK, SUCCESS, check_binary
 
 IMAGE, OUTCOME, ASKED = CANDIDATE_COLUMNS = (
     "candidate_image",

@@ -12,7 +12,7 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex
 from model_zoo.contract import SuccessModel
-from model_zoo.training.labels import LABEL_COLUMNS
+from model_zoo.labels import LABEL_COLUMNS
 
 TRAIN, VALIDATION = SPLITS = ("train", "validation")
 ROWS_TRIED = 2

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model_zoo.batches import RowSource
+from model_zoo.labels import Labels
 from model_zoo.resampling import TrainingRows, rows_for_training
-from model_zoo.training.labels import Labels
 from model_zoo.training.recipe import Balance
 
 MIRRORED = "mirrored"

@@ -8,8 +8,8 @@ from torch import Tensor, nn
 
 from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, Observation, SuccessModel
+from model_zoo.labels import MASK, SUCCESS
 from model_zoo.training.candidates import ASKED, join_candidates
-from model_zoo.training.labels import MASK, SUCCESS
 from model_zoo.training.learning_rate import learning_rate
 from model_zoo.training.ranking import ranking_loss
 from model_zoo.training.recipe import Recipe

@@ -10,7 +10,7 @@ from pydantic import JsonValue
 from model_zoo.checkpoints.calibration import Calibration, Uncalibrated, fit_temperature
 from model_zoo.checkpoints.write import write_checkpoint
 from model_zoo.contract import SuccessModel
-from model_zoo.evaluation.score_cells import METRICS
+from model_zoo.metrics import METRICS
 from model_zoo.training.data import TrainingData
 from model_zoo.training.history import best_epoch
 from model_zoo.training.progress import TrainingProgress

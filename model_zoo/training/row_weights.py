@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from torch import Tensor
 
-from model_zoo.training.labels import Labels
+from model_zoo.labels import Labels
 from model_zoo.training.recipe import Balance
 
 

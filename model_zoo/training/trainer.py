@@ -8,10 +8,10 @@ from lightning_fabric import Fabric
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
+from model_zoo.labels import SUCCESS
 from model_zoo.training.data import TrainingData
 from model_zoo.training.history import EpochRecord, best_epoch, is_exhausted
 from model_zoo.training.interruption import Interruption
-from model_zoo.training.labels import SUCCESS
 from model_zoo.training.machine import Machine
 from model_zoo.training.meter import LossMeans, Stopwatch
 from model_zoo.training.optimisation import Optimisation

@@ -13,8 +13,8 @@ from torch import Tensor
 from graspe_data.errors import ZooError
 from model_zoo.batches import BatchLoader
 from model_zoo.contract import SuccessModel
-from model_zoo.evaluation.metrics import au_roc
-from model_zoo.training.labels import MASK, SUCCESS
+from model_zoo.labels import MASK, SUCCESS
+from model_zoo.metrics import au_roc
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.shared_buffers import share_buffers
 

@@ -10,8 +10,9 @@ import torch
 
 from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
+from model_zoo import metrics
 from model_zoo.checkpoints import Calibration, load_checkpoint
-from model_zoo.evaluation import evaluate, metrics, read_evaluation
+from model_zoo.evaluation import evaluate, read_evaluation
 from model_zoo.evaluation.evaluate import with_training
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.judged_split import open_judged_split

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
-from model_zoo.evaluation.metrics import au_roc, brier
+from model_zoo.metrics import au_roc, brier
 from model_zoo.registry import MODELS
 from tests.model_zoo.training.smallest import write_rows
 

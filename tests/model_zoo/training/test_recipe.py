@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from graspe_data.errors import ZooError
-from model_zoo.training.labels import Labels
+from model_zoo.labels import Labels
 from model_zoo.training.learning_rate import learning_rate
 from model_zoo.training.recipe import Recipe, load_recipe
 from model_zoo.training.row_weights import RowWeights, balance_rows

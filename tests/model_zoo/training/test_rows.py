@@ -9,9 +9,9 @@ import torch
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from model_zoo.augmentation import AugmentationSettings
+from model_zoo.labels import Labels
 from model_zoo.training.check_values import check_values
 from model_zoo.training.chosen_rows import ChosenRows, choose_rows
-from model_zoo.training.labels import Labels
 from model_zoo.training.preparation import Preparation
 from tests.model_zoo.training.tiny import make_splits, write_dataset
 

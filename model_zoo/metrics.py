@@ -7,6 +7,8 @@ since probabilities that are rounded to 0 or 1 no longer tell what is more likel
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.metrics import average_precision_score, brier_score_loss, roc_auc_score
@@ -119,3 +121,14 @@ def _arrays(log_odds: ArrayLike, success: ArrayLike, mask: ArrayLike) -> tuple[F
 
 def _has_both(labels: Mask) -> bool:
     return bool(labels.any() and not labels.all())
+
+
+METRICS: dict[str, Callable[[ArrayLike, ArrayLike, ArrayLike], float | None]] = {
+    "au_roc": au_roc,
+    "minimum_au_roc": minimum_au_roc,
+    "average_precision": average_precision,
+    "failure_average_precision": failure_average_precision,
+    "brier": brier,
+    "expected_calibration_error": expected_calibration_error,
+}
+"""What is scored, in the order of tables."""

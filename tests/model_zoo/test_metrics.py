@@ -9,10 +9,11 @@ from sklearn.metrics import average_precision_score, roc_auc_score
 
 from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ZooError
-from model_zoo.evaluation import metrics
+from model_zoo import metrics
 from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
 from model_zoo.evaluation.curves import calibration_curve, roc
-from model_zoo.evaluation.score_cells import METRICS, interval
+from model_zoo.evaluation.score_cells import interval
+from model_zoo.metrics import METRICS
 
 ALL = tuple(METRICS.values())
 
