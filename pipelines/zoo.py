@@ -15,8 +15,7 @@ from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation.compare import compare
 from model_zoo.evaluation.evaluate import evaluate, with_training
-from model_zoo.evaluation.evaluation import Evaluation, read_evaluation
-from model_zoo.evaluation.evaluation_file import evaluation_name
+from model_zoo.evaluation.evaluation import Evaluation, evaluation_name, read_evaluation
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe

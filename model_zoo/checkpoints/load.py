@@ -15,10 +15,14 @@ from graspe_data.documents import parse_document, parse_mapping
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import read_yaml
 from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
-from model_zoo.checkpoints.config import CHECKPOINT, WEIGHTS_FILE, CheckpointConfig
-from model_zoo.checkpoints.model_inputs import Columns, model_inputs
-from model_zoo.checkpoints.sizes import check_sizes
-from model_zoo.checkpoints.weights import load_weights
+from model_zoo.checkpoints.config import (
+    CHECKPOINT,
+    WEIGHTS_FILE,
+    CheckpointConfig,
+    Columns,
+    model_inputs,
+)
+from model_zoo.checkpoints.weights import check_sizes, load_weights
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, list_models
 

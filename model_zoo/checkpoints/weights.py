@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
@@ -12,6 +13,28 @@ from safetensors.torch import load_file
 from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
 from model_zoo.planned_model import plan_model
+
+LARGEST_NUMBER = 1 << 20
+
+
+def check_sizes(numbers: Any, where: Path) -> None:
+    """Refuse what no model is as large as, before anything of that size is made.
+
+    Args:
+        numbers: Settings as JSON has them.
+        where: Their file, for the error's text.
+
+    Raises:
+        ZooError: A whole number among them is too large.
+    """
+    if isinstance(numbers, Mapping):
+        numbers = list(numbers.values())
+    if isinstance(numbers, Sequence) and not isinstance(numbers, str):
+        for inner in numbers:
+            check_sizes(inner, where)
+    elif isinstance(numbers, int) and abs(numbers) > LARGEST_NUMBER:
+        raise ZooError(f"{where}: a number is {numbers}, expected at most {LARGEST_NUMBER}.")
+
 
 _DTYPES = {
     torch.float64: "F64",

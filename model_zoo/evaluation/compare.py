@@ -1,18 +1,21 @@
-"""Turn evaluations into tables and plots; nothing is trained or predicted."""
+"""Evaluations to tables and plots; nothing is trained or predicted."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ZooError
-from model_zoo.evaluation.comparison_csv import render_csv
-from model_zoo.evaluation.comparison_table import render_markdown
-from model_zoo.evaluation.contestants import contestants
+from model_zoo.evaluation.comparison_markdown import render_markdown
+from model_zoo.evaluation.contestants import Contestant, all_and_each, contestants
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.plots import plot_calibration, plot_conditions, plot_roc
 from model_zoo.evaluation.zoo_index import INDEX_NAME, index_of, render_index
+from model_zoo.metrics import METRICS
 
 
 def compare(evaluations: Sequence[Evaluation], out: Path) -> Path:
@@ -45,3 +48,86 @@ def compare(evaluations: Sequence[Evaluation], out: Path) -> Path:
     for name, content in files.items():
         write_atomically(out / name, [content], ZooError)
     return out / "comparison.md"
+
+
+_FIELDS = (
+    "model",
+    "preset",
+    "recipe",
+    "trained_on",
+    "split",
+    "every",
+    "runs",
+    "scenario",
+    "condition",
+    "metric",
+    "value",
+    "low",
+    "high",
+    "least_run",
+    "greatest_run",
+    "recordings",
+)
+_COSTS = ("median_ms", "p90_ms", "weight_bytes", "working_bytes")
+
+
+def comparison_records(models: Sequence[Contestant]) -> list[dict[str, Any]]:
+    """A record for each model, scenario, condition and metric; costs have no scenario.
+
+    Trainings of one model, preset, recipe and dataset are taken together. ``low`` and ``high``
+    bound 95 % of the resampled recordings (means over runs); ``least_run`` and ``greatest_run`` are
+    the extremes of the trainings.
+    """
+    return [record for model in models for record in (*_scores(model), *_costs(model))]
+
+
+def render_csv(models: Sequence[Contestant]) -> str:
+    """The records as CSV; empty where there is no number."""
+    text = StringIO()
+    writer = csv.DictWriter(text, _FIELDS, lineterminator="\n", restval="")
+    writer.writeheader()
+    writer.writerows(comparison_records(models))
+    return text.getvalue()
+
+
+def _head(model: Contestant) -> dict[str, Any]:
+    first = model.runs[0]
+    return {
+        "model": first.model,
+        "preset": first.preset,
+        "recipe": "" if first.recipe is None else first.recipe.digest,
+        "trained_on": first.trained_on,
+        "split": first.split,
+        "every": first.every,
+        "runs": len(model.runs),
+    }
+
+
+def _scores(model: Contestant) -> list[dict[str, Any]]:
+    first = model.runs[0]
+    places = [(s, c) for s in all_and_each(first) for c in first.conditions]
+    return [
+        _head(model)
+        | {"scenario": scenario, "condition": condition, "metric": metric}
+        | model.score(metric, scenario, condition).model_dump()
+        | _extremes(model.values(metric, scenario, condition))
+        | _recordings(first, scenario, condition)
+        for scenario, condition in places
+        for metric in METRICS
+    ]
+
+
+def _recordings(evaluation: Evaluation, scenario: str, condition: str) -> dict[str, int]:
+    cell = evaluation.cell(scenario, condition)
+    return {} if cell is None else {"recordings": cell.recordings}
+
+
+def _extremes(values: Sequence[float]) -> dict[str, float]:
+    return {"least_run": min(values), "greatest_run": max(values)} if values else {}
+
+
+def _costs(model: Contestant) -> list[dict[str, Any]]:
+    first = model.runs[0]
+    costs = [{"metric": "parameters", "value": first.parameters}]
+    costs += [{"metric": name, "value": getattr(first.latency, name)} for name in _COSTS]
+    return [_head(model) | cost for cost in costs]

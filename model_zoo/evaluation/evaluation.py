@@ -1,10 +1,13 @@
-"""What an evaluation found, and its file."""
+"""What an evaluation found, how its checkpoint was trained, and the file it goes to."""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from stat import S_ISREG
-from typing import Annotated, Literal, Self
+from tempfile import TemporaryFile
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -12,9 +15,54 @@ from graspe_data.atomic_file import write_atomically
 from graspe_data.documents import Sha256, canonical_json, parse_document
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.augmentation import CONDITIONS
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
 from model_zoo.evaluation.latency import LARGEST_COUNT, Latency
-from model_zoo.evaluation.recipe_summary import RecipeSummary
+
+_SHORT = 8
+
+Value = bool | int | float | str | None
+
+
+class RecipeSummary(Settings):
+    """A recipe without its seed.
+
+    Attributes:
+        digest: SHA-256 of all its values.
+        values: Its values; of a group of values the beginning of the group's digest.
+    """
+
+    digest: Sha256
+    values: Mapping[str, Value]
+
+    @property
+    def short(self) -> str:
+        """The beginning of the digest, for people."""
+        return self.digest[:_SHORT]
+
+
+def summarise_recipe(recipe: Any) -> RecipeSummary | None:
+    """The summary of a checkpoint's recipe; None where that is no mapping of plain values."""
+    if not isinstance(recipe, Mapping):
+        return None
+    content = {str(name): value for name, value in recipe.items() if name != "seed"}
+    try:
+        values = {name: _value(value) for name, value in content.items()}
+        return RecipeSummary(digest=digest_of(content), values=values)
+    except (ValueError, TypeError):
+        return None
+
+
+def _value(value: Any) -> Value:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    return digest_of({"value": value})[:_SHORT]
+
+
+def digest_of(content: Mapping[str, Any]) -> str:
+    """SHA-256 of values that JSON has, whatever their order."""
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
+
 
 _LARGEST = 256 << 20
 
@@ -124,3 +172,40 @@ def read_evaluation(path: Path) -> Evaluation:
             f"{path}: cannot be read: {error.strerror}. Run `graspe zoo evaluate` first."
         ) from error
     return parse_document(content, Evaluation, path, ZooError, "Evaluate again.")
+
+
+_USUAL_SPLIT = "test"
+
+
+def evaluation_name(split: str, conditions: Sequence[str], every: int) -> str:
+    """``evaluation.json`` for all rows of ``test`` under all conditions; else names what is not so.
+
+    A quick evaluation so never takes the place of a fuller one.
+    """
+    parts = ["evaluation"]
+    if split != _USUAL_SPLIT:
+        parts.append(split.replace("/", "_"))
+    if tuple(conditions) != tuple(CONDITIONS):
+        parts += conditions
+    if every > 1:
+        parts.append(f"every_{every}")
+    return "-".join(parts) + ".json"
+
+
+def check_writable(file: Path) -> None:
+    """Refuse, before any work is done, a file that could not be written after it.
+
+    Raises:
+        ZooError: Something other than a regular file is there, or its folder cannot be written.
+    """
+    if file.exists() and not file.is_file():
+        kind = "a folder" if file.is_dir() else "no regular file"
+        raise ZooError(f"{file}: is {kind}; expected the path of a file. Give another with --out.")
+    try:
+        with TemporaryFile(dir=file.parent):
+            pass
+    except OSError as error:
+        raise ZooError(
+            f"{file}: cannot be written: {error.strerror}. Make its folder, let it be written, or "
+            "give another with --out."
+        ) from error

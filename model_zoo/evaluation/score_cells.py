@@ -1,16 +1,23 @@
-"""Predictions to scores: each scenario, and all together, with intervals."""
+"""Predictions to scores and curves: each scenario, and all together, with intervals."""
 
 from __future__ import annotations
 
 import numpy as np
+from sklearn.metrics import roc_curve
 
 from graspe_data.arrays import Floats, Indices, Mask
 from model_zoo import metrics
 from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
-from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, StoredScore
-from model_zoo.evaluation.curves import calibration_curve, roc
+from model_zoo.evaluation.cell import (
+    ALL_SCENARIOS,
+    ROC_POINTS,
+    CalibrationCurve,
+    Cell,
+    RocCurve,
+    StoredScore,
+)
 from model_zoo.evaluation.judged_split import JudgedSplit
-from model_zoo.metrics import METRICS
+from model_zoo.metrics import CALIBRATION_BINS, METRICS, calibration_bin
 
 _Labelled = tuple[Floats, Mask, Mask]
 
@@ -88,3 +95,45 @@ def interval(drawn: Floats) -> tuple[float, float] | tuple[None, None]:
 def _listed(drawn: Floats) -> tuple[float | None, ...]:
     rounded = np.round(drawn, 5).tolist()
     return tuple(value if np.isfinite(value) else None for value in rounded)
+
+
+_GRID = np.linspace(0, 1, ROC_POINTS)
+_DIGITS = 5
+
+
+def roc(log_odds: Floats, success: Mask) -> RocCurve | None:
+    """The ROC curve at 201 even shares of accepted failures; None for one class alone.
+
+    Args:
+        log_odds: (judged,).
+        success: (judged,).
+    """
+    if not success.any() or success.all():
+        return None
+    false_positive, true_positive, _ = roc_curve(success, log_odds)
+    heights = np.interp(_GRID, false_positive, true_positive)
+    heights[0] = 0
+    return RocCurve(false_positive=_rounded(_GRID), true_positive=_rounded(heights))
+
+
+def calibration_curve(probability: Floats, success: Mask) -> CalibrationCurve:
+    """Mean probability and share of successes in each of the 15 bins that is not empty.
+
+    Args:
+        probability: (judged,).
+        success: (judged,).
+    """
+    bins = calibration_bin(probability)
+    judged = np.bincount(bins, minlength=CALIBRATION_BINS)
+    filled = judged > 0
+    total = np.bincount(bins, probability, CALIBRATION_BINS)[filled]
+    successes = np.bincount(bins, success.astype(np.float64), CALIBRATION_BINS)[filled]
+    return CalibrationCurve(
+        probability=_rounded(total / judged[filled]),
+        success=_rounded(successes / judged[filled]),
+        judged=tuple(judged[filled].tolist()),
+    )
+
+
+def _rounded(values: Floats) -> tuple[float, ...]:
+    return tuple(np.round(values, _DIGITS).tolist())

@@ -139,7 +139,7 @@ def evaluate_command(
         from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
         from model_zoo.checkpoints import load_checkpoint  # noqa: PLC0415
         from model_zoo.evaluation.evaluate import evaluate  # noqa: PLC0415
-        from model_zoo.evaluation.evaluation_file import (  # noqa: PLC0415
+        from model_zoo.evaluation.evaluation import (  # noqa: PLC0415
             check_writable,
             evaluation_name,
         )

@@ -11,8 +11,7 @@ from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ZooError
 from model_zoo import metrics
 from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
-from model_zoo.evaluation.curves import calibration_curve, roc
-from model_zoo.evaluation.score_cells import interval
+from model_zoo.evaluation.score_cells import calibration_curve, interval, roc
 from model_zoo.metrics import METRICS
 
 ALL = tuple(METRICS.values())

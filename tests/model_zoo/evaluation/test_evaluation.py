@@ -1,4 +1,4 @@
-"""Files that look like an evaluation and contradict themselves."""
+"""What the file of an evaluation may hold, and where it goes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from typing import Any
 import pytest
 
 from graspe_data.errors import ZooError
+from model_zoo.augmentation import CONDITIONS
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import evaluate, read_evaluation
+from model_zoo.evaluation.evaluation import check_writable, evaluation_name
 from tests.model_zoo.checkpoints.tiny_model import write_tiny_dataset
 
 Content = dict[str, Any]
@@ -72,3 +74,38 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "evaluation.json")
     with pytest.raises(ZooError, match="no regular file"):
         read_evaluation(tmp_path / "evaluation.json")
+
+
+@pytest.mark.parametrize(
+    ("split", "conditions", "every", "name"),
+    [
+        ("test", CONDITIONS, 1, "evaluation.json"),
+        ("test", ("clean",), 1, "evaluation-clean.json"),
+        ("test", CONDITIONS, 4, "evaluation-every_4.json"),
+        ("validation", ("clean",), 4, "evaluation-validation-clean-every_4.json"),
+        ("a/b", CONDITIONS, 1, "evaluation-a_b.json"),
+    ],
+)
+def test_what_is_not_all_is_in_the_name(
+    split: str, conditions: tuple[str, ...], every: int, name: str
+) -> None:
+    assert evaluation_name(split, conditions, every) == name
+
+
+def test_a_place_that_takes_a_file_is_left_as_it_was(tmp_path: Path) -> None:
+    file = tmp_path / "evaluation.json"
+    check_writable(file)
+    assert not any(tmp_path.iterdir())
+    file.write_text("mine")
+    check_writable(file)
+    assert file.read_text() == "mine"
+
+
+def test_a_place_that_takes_no_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ZooError, match="is a folder; expected the path of a file"):
+        check_writable(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ZooError, match="is no regular file"):
+        check_writable(tmp_path / "pipe")
+    with pytest.raises(ZooError, match="cannot be written: No such file or directory"):
+        check_writable(tmp_path / "nowhere" / "evaluation.json")
