@@ -20,13 +20,13 @@ from model_zoo.augmentation import AugmentationSettings
 from model_zoo.batches import Batch
 from model_zoo.labels import LABEL_COLUMNS
 from model_zoo.registry import create_model
-from model_zoo.training.history import EpochRecord
 from model_zoo.training.machine import Machine, launch_fabric
 from model_zoo.training.meter import Stopwatch
 from model_zoo.training.optimisation import Optimisation
 from model_zoo.training.progress import SilentProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.row_weights import RowWeights
+from model_zoo.training.rows import RowWeights
+from model_zoo.training.state import EpochRecord
 from model_zoo.training.train import train
 
 MODEL, PRESET = "graspe", "small"

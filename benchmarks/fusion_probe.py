@@ -23,7 +23,7 @@ from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.masked_cross_entropy import masked_cross_entropy
 from model_zoo.models.graspe_family import GraspeFamily
 from model_zoo.registry import create_model
-from model_zoo.training.ranking import ranking_loss
+from model_zoo.training.candidates import ranking_loss
 
 BATCH, STEPS, LEARNING_RATE, TRAINED_EVERY = 16, 1500, 2e-3, 2
 RELIABILITIES = ("r_img", "r_point")

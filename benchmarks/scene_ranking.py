@@ -25,7 +25,7 @@ from graspe_data.shards import Dataset
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
 from model_zoo.point_choice import choose_points
 from model_zoo.point_scale import bounded
-from model_zoo.training.ranking import ranking_loss
+from model_zoo.training.candidates import ranking_loss
 
 COLUMNS = ("points", "point_count", "candidate_velocity", "candidate_success")
 BATCH, POINTS, HALF_RANGE = 16, 1024, 3.0

@@ -19,15 +19,13 @@ from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import LABEL_COLUMNS, Labels, read_labels
 from model_zoo.training.candidates import candidate_columns, check_candidates
-from model_zoo.training.check_contents import check_contents
-from model_zoo.training.check_values import check_values
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
-from model_zoo.training.chosen_rows import ChosenRows, choose_rows
+from model_zoo.training.contents import check_contents, check_values
 from model_zoo.training.machine import Machine
 from model_zoo.training.preparation import Preparation
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.row_weights import RowWeights, balance_rows
+from model_zoo.training.rows import ChosenRows, RowWeights, balance_rows, choose_rows
 
 
 @dataclass(frozen=True)

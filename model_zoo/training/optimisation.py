@@ -1,6 +1,9 @@
-"""One step: a batch moves the weights."""
+"""One step: a batch moves the weights, at a rate and by chance that follow from its number."""
 
 from __future__ import annotations
+
+import hashlib
+import math
 
 import torch
 from lightning_fabric import Fabric
@@ -9,12 +12,42 @@ from torch import Tensor, nn
 from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, Observation, SuccessModel
 from model_zoo.labels import MASK, SUCCESS
-from model_zoo.training.candidates import ASKED, join_candidates
-from model_zoo.training.learning_rate import learning_rate
-from model_zoo.training.ranking import ranking_loss
+from model_zoo.training.candidates import ASKED, join_candidates, ranking_loss
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.row_weights import RowWeights
-from model_zoo.training.step_seed import step_seed
+from model_zoo.training.rows import RowWeights
+
+
+def step_seed(seed: int, step: int, rank: int = 0) -> int:
+    """A seed for torch's generators, set before every step.
+
+    What a step draws, dropout for one, so does not depend on the steps before it: a run that goes
+    on from a saved state needs no generator's state, and draws what the whole run would have.
+
+    Args:
+        seed: The recipe's.
+        step: Steps done before it; -1 for the weights of the model.
+        rank: This process; ranks draw differently.
+
+    Returns:
+        63 bits.
+    """
+    text = f"graspe training step 1\0{seed}\0{step}\0{rank}"
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little") >> 1
+
+
+def learning_rate(recipe: Recipe, step: int, steps: int) -> float:
+    """The rate at a step: a pure function, so there is no scheduler's state to save.
+
+    Args:
+        recipe: Highest rate, schedule and warm-up.
+        step: Counted from 0.
+        steps: Of the whole training.
+    """
+    warmed = min(1.0, (step + 1) / (recipe.warm_up_steps + 1))
+    if recipe.schedule == "constant":
+        return recipe.learning_rate * warmed
+    done = max(0, step - recipe.warm_up_steps) / max(1, steps - recipe.warm_up_steps)
+    return recipe.learning_rate * warmed * (1 + math.cos(math.pi * done)) / 2
 
 
 class Optimisation:

@@ -10,7 +10,7 @@ from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 from model_zoo.batches import Batch
 from model_zoo.training.candidates import ASKED, draw_candidates
-from model_zoo.training.chosen_rows import MIRRORED
+from model_zoo.training.rows import MIRRORED
 
 _WHOLE_LIDAR = (
     "set the probability of sector_loss, thinning and scatter to 0 in the recipe's augmentation"

@@ -1,4 +1,4 @@
-"""The end of a training: scores, calibration, checkpoint."""
+"""The end of a training: scores, calibration, checkpoint, and what it came to in a line."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from model_zoo.checkpoints.write import write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.metrics import METRICS
 from model_zoo.training.data import TrainingData
-from model_zoo.training.history import best_epoch
 from model_zoo.training.progress import TrainingProgress
-from model_zoo.training.state import Identity, TrainingState
+from model_zoo.training.recipe import Recipe
+from model_zoo.training.state import Identity, TrainingState, best_epoch
 from model_zoo.training.validation import Predictions, predict
 
 
@@ -86,3 +86,20 @@ def _metrics(
         "steps": state.step,
         "history": [record.model_dump(mode="json", exclude=timing) for record in state.history],
     }
+
+
+def summarise(
+    state: TrainingState, recipe: Recipe, steps: int, calibration: Calibration | Uncalibrated
+) -> str:
+    """Why it ended, its best epoch, and how probabilities come of its logits."""
+    best = state.history[best_epoch(state.history)]
+    if state.step < steps:
+        why = "no better for the recipe's patience"
+    elif steps == recipe.most_steps:
+        why = f"stopped by the recipe's most_steps, {steps}"
+    else:
+        why = "all steps done"
+    return (
+        f"{why}; best of the {len(state.history)} epochs, counted from 0: {best.epoch}, validation "
+        f"AU-ROC {best.au_roc:.4f}; {calibration}"
+    )

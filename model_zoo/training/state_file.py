@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
@@ -12,22 +13,14 @@ from typing import Literal
 import safetensors.torch
 import torch
 from safetensors import SafetensorError, safe_open
+from torch import Tensor
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import Settings, validate
 from model_zoo.contract import SuccessModel
-from model_zoo.training.history import EpochRecord
 from model_zoo.training.meter import LossMeans
-from model_zoo.training.state import Identity, TrainingState
-from model_zoo.training.state_tensors import (
-    Weights,
-    below,
-    fill_optimiser,
-    optimiser_tensors,
-    prefixed,
-    state_digest,
-)
+from model_zoo.training.state import EpochRecord, Identity, TrainingState
 
 STATE_FILE = "state.safetensors"
 """In a run's folder."""
@@ -175,3 +168,45 @@ def _parsed(path: Path, metadata: Mapping[str, str]) -> _Counts:
 
 
 _ANEW = "Go on with what it began with, or give another folder to begin anew."
+
+
+Weights = dict[str, Tensor]
+
+
+def state_digest(counts: str, tensors: Mapping[str, Tensor]) -> str:
+    """SHA-256 of the counts and of each tensor's name, dtype, shape and bytes."""
+    digest = hashlib.sha256(counts.encode())
+    for name, tensor in sorted(tensors.items()):
+        digest.update(f"\0{name}\0{tensor.dtype}\0{tuple(tensor.shape)}\0".encode())
+        digest.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().data)
+    return digest.hexdigest()
+
+
+def prefixed(prefix: str, tensors: Mapping[str, Tensor]) -> Weights:
+    """Separate contiguous copies on the CPU: safetensors stores no views."""
+    return {
+        f"{prefix}.{name}": tensor.detach().cpu().clone().contiguous()
+        for name, tensor in tensors.items()
+    }
+
+
+def below(prefix: str, tensors: Mapping[str, Tensor]) -> Weights:
+    """The tensors under a prefix, without it."""
+    head = f"{prefix}."
+    return {name.removeprefix(head): t for name, t in tensors.items() if name.startswith(head)}
+
+
+def optimiser_tensors(optimiser: torch.optim.Optimizer) -> Weights:
+    """What an optimiser remembers of each weight."""
+    slots = optimiser.state_dict()["state"]
+    flat = {f"{place}.{name}": t for place, slot in slots.items() for name, t in slot.items()}
+    return prefixed("optimiser", flat)
+
+
+def fill_optimiser(optimiser: torch.optim.Optimizer, tensors: Weights) -> None:
+    """Give an optimiser back what :func:`optimiser_tensors` took."""
+    slots: dict[int, Weights] = {}
+    for key, tensor in tensors.items():
+        place, name = key.split(".", 1)
+        slots.setdefault(int(place), {})[name] = tensor
+    optimiser.load_state_dict(optimiser.state_dict() | {"state": slots})

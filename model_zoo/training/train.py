@@ -18,16 +18,19 @@ from model_zoo.checkpoints.config import WEIGHTS_FILE
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
 from model_zoo.training.data import open_data
-from model_zoo.training.extension import FinishedTraining, open_finished
-from model_zoo.training.kept_checkpoint import CHECKPOINT_FOLDER, is_kept
+from model_zoo.training.earlier_training import (
+    CHECKPOINT_FOLDER,
+    FinishedTraining,
+    is_kept,
+    open_finished,
+)
 from model_zoo.training.machine import Machine, count_ranks, launch_fabric
+from model_zoo.training.optimisation import step_seed
 from model_zoo.training.progress import SilentProgress, TrainingProgress
-from model_zoo.training.publish import publish
+from model_zoo.training.publish import publish, summarise
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import Identity
 from model_zoo.training.state_file import STATE_FILE, StateFile
-from model_zoo.training.step_seed import step_seed
-from model_zoo.training.summary import summarise
 from model_zoo.training.trainer import Trainer
 
 LOCK_FILE = ".lock"

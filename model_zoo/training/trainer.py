@@ -10,15 +10,13 @@ from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import SUCCESS
 from model_zoo.training.data import TrainingData
-from model_zoo.training.history import EpochRecord, best_epoch, is_exhausted
 from model_zoo.training.interruption import Interruption
 from model_zoo.training.machine import Machine
 from model_zoo.training.meter import LossMeans, Stopwatch
 from model_zoo.training.optimisation import Optimisation
-from model_zoo.training.progress import TrainingProgress
+from model_zoo.training.progress import Reporter, TrainingProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.reporter import Reporter
-from model_zoo.training.state import TrainingState
+from model_zoo.training.state import EpochRecord, TrainingState, best_epoch, is_exhausted
 from model_zoo.training.state_file import StateFile
 from model_zoo.training.validation import predict
 

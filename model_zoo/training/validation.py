@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from lightning_fabric import Fabric
 from numpy.typing import NDArray
-from torch import Tensor
+from torch import Tensor, nn
 
 from graspe_data.errors import ZooError
 from model_zoo.batches import BatchLoader
@@ -16,7 +16,6 @@ from model_zoo.contract import SuccessModel
 from model_zoo.labels import MASK, SUCCESS
 from model_zoo.metrics import au_roc
 from model_zoo.training.progress import TrainingProgress
-from model_zoo.training.shared_buffers import share_buffers
 
 
 @dataclass(frozen=True)
@@ -96,3 +95,21 @@ def _gather(fabric: Fabric, mine: Tensor, rows: int) -> Tensor:
     if not isinstance(everyone, Tensor):
         raise TypeError(type(everyone))
     return everyone.transpose(0, 1).flatten(0, 1)[:rows]
+
+
+def share_buffers(fabric: Fabric, model: nn.Module) -> None:
+    """Give every rank the buffers of rank 0, such as the running means of batch normalisation.
+
+    Gradients are averaged, so weights are the same everywhere; buffers are not: each rank counts
+    its own rows. Of rank 0, and no average, for two reasons. DistributedDataParallel hands out rank
+    0's buffers before each step in training, so an average would be of its last step alone. And
+    rank 0 saves the state, so that a training which goes on from it has what this one had.
+
+    Args:
+        fabric: The ranks.
+        model: Not wrapped, on the rank's device.
+    """
+    if fabric.world_size == 1:
+        return
+    for buffer in model.buffers():
+        torch.distributed.broadcast(buffer, src=0)

@@ -19,8 +19,8 @@ from pipelines.progress import ConsoleProgress
 if TYPE_CHECKING:
     from model_zoo.evaluation.evaluation import Evaluation
     from model_zoo.evaluation.zoo_index import ZooIndex
-    from model_zoo.training.console_progress import ConsoleTrainingProgress
     from model_zoo.training.machine import Machine
+    from pipelines.training_progress import ConsoleTrainingProgress
 
 app = typer.Typer(no_args_is_help=True, help="List, train, evaluate and compare models.")
 
@@ -225,7 +225,7 @@ def _verdict(evaluation: Evaluation) -> str:
 
 
 def _training() -> ConsoleTrainingProgress:
-    from model_zoo.training.console_progress import ConsoleTrainingProgress  # noqa: PLC0415
+    from pipelines.training_progress import ConsoleTrainingProgress  # noqa: PLC0415
 
     return ConsoleTrainingProgress(Console(stderr=True))
 

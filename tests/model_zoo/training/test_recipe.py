@@ -10,10 +10,9 @@ from pydantic import ValidationError
 
 from graspe_data.errors import ZooError
 from model_zoo.labels import Labels
-from model_zoo.training.learning_rate import learning_rate
+from model_zoo.training.optimisation import learning_rate, step_seed
 from model_zoo.training.recipe import Recipe, load_recipe
-from model_zoo.training.row_weights import RowWeights, balance_rows
-from model_zoo.training.step_seed import step_seed
+from model_zoo.training.rows import RowWeights, balance_rows
 
 
 @pytest.mark.parametrize("name", ["paper", "small", "smoke", "demo"])

@@ -16,8 +16,8 @@ from torch import Tensor
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import Loss, Observation
+from model_zoo.training.optimisation import step_seed
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.step_seed import step_seed
 from tests.model_zoo.training.tiny import (
     MACHINE,
     RECIPE,

@@ -16,10 +16,10 @@ from graspe_data.columns import Column
 from graspe_data.errors import ShardError, ZooError
 from graspe_data.sealed_folder import SEAL_FILE
 from model_zoo.contract import Loss, Observation
-from model_zoo.training.history import EpochRecord
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import SilentProgress, StepReport
 from model_zoo.training.recipe import Recipe
+from model_zoo.training.state import EpochRecord
 from tests.model_zoo.training.tiny import (
     MACHINE,
     RECIPE,

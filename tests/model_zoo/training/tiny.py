@@ -23,9 +23,9 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, wr
 from graspe_data.shards.shard_writer import write_shard
 from model_zoo.contract import Features, Loss, Observation, SuccessModel
 from model_zoo.training.machine import Machine
+from model_zoo.training.optimisation import step_seed
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.step_seed import step_seed
 from model_zoo.training.train import train_model
 
 HORIZON = 3
