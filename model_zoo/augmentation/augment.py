@@ -8,7 +8,12 @@ import numpy as np
 from torch import Tensor
 
 from graspe_data.errors import ZooError
-from model_zoo.augmentation.draw import draw_lidar_failure, draw_picture_failure
+from model_zoo.augmentation.draw import (
+    draw_lags,
+    draw_lidar_failure,
+    draw_picture_failure,
+    late_history,
+)
 from model_zoo.augmentation.failing_rows import (
     OF_IMAGE,
     OF_POINTS,
@@ -16,7 +21,6 @@ from model_zoo.augmentation.failing_rows import (
     RowFailure,
     fail_rows,
 )
-from model_zoo.augmentation.late_history import draw_lags, late_history
 from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 

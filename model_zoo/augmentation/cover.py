@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from model_zoo.augmentation.light import Light
+from model_zoo.augmentation.camera import Light
 
 _COARSE = (60, 80)
 _BLOB = 9.0

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model_zoo.augmentation.blur import motion_blur
+from model_zoo.augmentation.camera import expose, light_of, meter, motion_blur, picture_of
 from model_zoo.augmentation.cover import cover_lens
-from model_zoo.augmentation.exposure import expose, meter
-from model_zoo.augmentation.light import light_of, picture_of
 from model_zoo.augmentation.settings import SensorSettings
 
 

@@ -1,16 +1,19 @@
-"""How often which sensor fails in training, and how badly."""
+"""How often which sensor fails in training, how badly, and what a dataset's sensors are."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, TypeVar
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, Field
 
-from graspe_data.manifest import Settings
+from graspe_data.errors import ManifestError, ZooError
+from graspe_data.manifest import Settings, validate
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
+from graspe_data.shards.dataset_manifest import DatasetIndex
 
 Number = TypeVar("Number", int, float)
 
@@ -24,8 +27,8 @@ def _ordered(span: tuple[Number, Number]) -> tuple[Number, Number]:
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Shares = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
-Light = Annotated[float, Field(gt=0, le=1)]
-Lights = Annotated[tuple[Light, Light], AfterValidator(_ordered)]
+LightShare = Annotated[float, Field(gt=0, le=1)]
+LightShares = Annotated[tuple[LightShare, LightShare], AfterValidator(_ordered)]
 Length = Annotated[float, Field(ge=0, le=200)]
 Lengths = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 Angle = Annotated[float, Field(ge=0, le=2 * math.pi)]
@@ -38,8 +41,8 @@ class DarknessSettings(Settings):
 
     probability: Share = 0.1
     """Of a row's picture being dark."""
-    light: Lights = (0.002, 0.2)
-    """Light left, of what would be well exposed without amplification; drawn log-uniformly."""
+    light: LightShares = (0.002, 0.2)
+    """LightShare left, of what would be well exposed without amplification; drawn log-uniformly."""
 
 
 class BlurSettings(Settings):
@@ -147,3 +150,30 @@ class AugmentationSettings(Settings):
         """Whether any row's cloud is ever degraded."""
         failures = (self.sector_loss, self.thinning, self.scatter)
         return any(failure.probability > 0 for failure in failures)
+
+
+def sensor_settings(
+    index: DatasetIndex, settings: AugmentationSettings | None = None
+) -> AugmentationSettings:
+    """Settings of degradations, with the reliabilities and the scan as a dataset computed them.
+
+    Args:
+        index: Of the dataset; what its configuration does not say stays as in ``settings``.
+        settings: All else; None takes the defaults.
+
+    Raises:
+        ZooError: The configuration has numbers that do not fit.
+    """
+    built = _mapping(index.configuration.get("dataset"))
+    found = {key: built.get(key) for key in ("image_reliability", "point_reliability")}
+    found["laser_scan"] = _mapping(built.get("points")).get("laser_scan")
+    known = {key: value for key, value in found.items() if value is not None}
+    given = {} if settings is None else settings.model_dump()
+    try:
+        return validate(given | known, AugmentationSettings, f"configuration of {index.name}")
+    except ManifestError as error:
+        raise ZooError(str(error)) from error
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}

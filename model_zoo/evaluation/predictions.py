@@ -11,7 +11,7 @@ from graspe_data.arrays import Floats
 from graspe_data.errors import ZooError
 from graspe_data.progress import Progress
 from model_zoo.augmentation import Condition, apply_condition
-from model_zoo.augmentation.sensor_settings import sensor_settings
+from model_zoo.augmentation.settings import sensor_settings
 from model_zoo.batches import Batch
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.judged_split import JudgedSplit

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.bundle_contract import (
+    BUNDLE,
     CARD_FILE,
     CONTRACT_FILE,
     ENCODE_GRAPH,
@@ -24,17 +26,52 @@ from graspe_data.documents import canonical_json
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from graspe_data.progress import Progress, Silent
+from graspe_data.sealed_folder import SEAL_FILE
 from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.whole_folder import replaced_folder
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
-from model_zoo.export.bundle_folder import check_place, write_bundle
-from model_zoo.export.candidates import candidate_images
 from model_zoo.export.card import render_card
 from model_zoo.export.contract import bundle_contract, model_inputs, temperature
 from model_zoo.export.dependence import check_dependence
 from model_zoo.export.graphs import export_graphs
 from model_zoo.export.parity import check_parity
-from model_zoo.export.scenes import adverse_scenes, drawn_scenes, real_scenes
+from model_zoo.export.scenes import adverse_scenes, candidate_images, drawn_scenes, real_scenes
+
+
+def write_bundle(folder: Path, files: Mapping[str, bytes]) -> Path:
+    """Write the files and their seal under a temporary name, then rename the folder.
+
+    A bundle that stood there is replaced.
+
+    Raises:
+        ZooError: Something else lies there, or it cannot be written.
+    """
+    check_place(folder)
+    try:
+        with replaced_folder(folder) as made:
+            replace(BUNDLE, refusal=ZooError).write(made, files)
+    except OSError as error:
+        raise ZooError(f"{folder}: cannot be written: {error.strerror}.") from error
+    return folder
+
+
+def check_place(folder: Path) -> None:
+    """Refuse a place that holds something other than a bundle.
+
+    Raises:
+        ZooError: It names what lies there.
+    """
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise ZooError(f"{folder}: is a file. Give another folder to --out.")
+    others = sorted({path.name for path in folder.iterdir()} - BUNDLE.files - {SEAL_FILE})
+    if others:
+        raise ZooError(
+            f"{folder}: holds other files ({', '.join(others[:3])}), so it is no place for a "
+            "bundle. Give a new folder to --out."
+        )
 
 
 def export_bundle(

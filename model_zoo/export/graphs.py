@@ -14,8 +14,7 @@ from torch import Tensor, nn
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import Features, Observation, SuccessModel
-from model_zoo.export.candidate_loop import loop_over_candidates
-from model_zoo.export.portable_graph import portable_graph
+from model_zoo.export.portable_graph import loop_over_candidates, portable_graph
 
 OPSET = 20
 OUTPUT = "success"

@@ -13,7 +13,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
-from model_zoo.augmentation.sensor_settings import sensor_settings
+from model_zoo.augmentation.settings import sensor_settings
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel

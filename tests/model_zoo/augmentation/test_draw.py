@@ -4,7 +4,7 @@ import numpy as np
 import torch
 
 from model_zoo.augmentation import AugmentationSettings, augment
-from model_zoo.augmentation.late_history import draw_lags, late_history
+from model_zoo.augmentation.draw import draw_lags, late_history
 from model_zoo.augmentation.settings import LateHistorySettings
 
 
