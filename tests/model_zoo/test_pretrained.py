@@ -29,12 +29,6 @@ def test_a_shipped_checkpoint_is_whole_and_of_one_budget(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_shipped_model_tells_more_than_a_coin(name: str) -> None:
-    checkpoint = load_checkpoint(PRETRAINED / f"{name}-small")
-    assert float(checkpoint.metrics["au_roc"]) > 0.8
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_model_answers(name: str) -> None:
     checkpoint = load_checkpoint(PRETRAINED / f"{name}-small")
     observation = {
