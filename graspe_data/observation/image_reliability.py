@@ -12,6 +12,10 @@ from pydantic import Field
 
 from graspe_data.manifest import Settings
 
+_BAND = 40
+_REACH = 4
+"""Rows to each side of a pixel that decide: three for FAST's circle, one for its rivals."""
+
 
 class ImageReliabilitySettings(Settings):
     """Weights of equation (2), the corner count that saturates it, FAST's threshold in grey."""
@@ -45,9 +49,24 @@ def image_reliability(
         rgb: uint8 (H, W, 3), of the size the dataset stores: the count of corners depends on it.
         settings: Weights and thresholds.
     """
-    gray = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    gray = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), np.uint8)
     r_bright = float(cv2.norm(gray, cv2.NORM_L2)) / (255.0 * gray.size**0.5)
-    detector = cv2.FastFeatureDetector.create(settings.fast_threshold)
-    r_corners = min(1.0, len(detector.detect(gray)) / settings.saturation_corners)
+    corners = _count_corners(gray, settings.fast_threshold, settings.saturation_corners)
+    r_corners = min(1.0, corners / settings.saturation_corners)
     weighted = settings.brightness_weight * r_bright + settings.corner_weight * r_corners
     return ImageReliability(r_bright, r_corners, min(max(weighted, 0.0), 1.0))
+
+
+def _count_corners(gray: NDArray[np.uint8], threshold: int, enough: int) -> int:
+    """Count FAST corners band by band from the bottom, on the ground, until there are enough."""
+    detector = cv2.FastFeatureDetector.create(threshold)
+    found, below = 0, len(gray)
+    while below > 0 and found < enough:
+        above = max(0, below - _BAND)
+        first = max(0, above - _REACH)
+        band = gray[first : below + _REACH]
+        own = np.zeros_like(band)
+        own[above - first : below - first] = 1
+        found += len(detector.detect(band, own))
+        below = above
+    return found

@@ -34,6 +34,16 @@ def test_corners_are_counted_and_saturate() -> None:
         assert found.r_corners == expected
 
 
+@pytest.mark.parametrize("height", [1, 6, 7, 40, 41, 44, 47, 80, 87, 240])
+def test_corners_are_those_of_the_whole_picture(height: int) -> None:
+    noise = np.random.default_rng(height).integers(0, 256, (height, 320), np.uint8)
+    gray = cv2.GaussianBlur(noise, (3, 3), 0)
+    expected = len(cv2.FastFeatureDetector.create(10).detect(gray))
+    settings = ImageReliabilitySettings(saturation_corners=100_000)
+    found = image_reliability(np.repeat(gray[:, :, None], 3, axis=2), settings)
+    assert found.r_corners == expected / 100_000
+
+
 @pytest.mark.parametrize("settings", [DEFAULT, UNSATURATED], ids=["default", "unsaturated"])
 def test_darkening_lowers_it(textured: Picture, settings: ImageReliabilitySettings) -> None:
     gains = np.linspace(1.0, 0.0, 11)
