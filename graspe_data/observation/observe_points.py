@@ -84,11 +84,12 @@ def observe_points(
     scan = laser_scan(moved if wider else in_front, settings.base_height, settings.laser_scan)
     turned = _turned_ahead(view.xyz, base_from_lidar)
     found = ring_order(turned, view.ring, settings.rings, view.intensity)
-    ordered = _taken(view, found.order)
-    curvature = smoothness(ordered.xyz, found.ring_starts, settings.neighbours)
+    ordered = _points_taken(view.xyz, found.order)
+    curvature = smoothness(ordered, found.ring_starts, settings.neighbours)
     strength = None
-    if ordered.intensity is not None:
-        strength = np.clip(ordered.intensity / np.float32(settings.intensity_maximum), 0, 1)
+    if view.intensity is not None:
+        measured = view.intensity.take(found.order)
+        strength = np.clip(measured / np.float32(settings.intensity_maximum), 0, 1)
     points = _points_taken(in_front, found.order)
     sample = sample_points(points, strength, curvature, settings.sample.count, seed)
     return PointObservation(

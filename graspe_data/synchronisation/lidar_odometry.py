@@ -148,7 +148,7 @@ class LidarOdometry:
 
     def _points_that_tell(self, xyz: NDArray[np.float32]) -> Floats:
         """Points within range, of these the upright ones where there are enough."""
-        points = xyz.astype(np.float64)
+        points = xyz.astype(np.float64, order="C")
         distance = np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + points[:, 2] ** 2)
         low, high = self._ranges
         points = points[(distance > low) & (distance < high)]

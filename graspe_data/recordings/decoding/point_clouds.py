@@ -46,18 +46,18 @@ def decode_points(message: Any, topic: str, strength: str | None = None) -> Poin
     points = in_true_order(_structured(message, where, strength), where)
     names = points.dtype.names or ()
     with np.errstate(over="ignore", invalid="ignore"):
-        axes = [_column(points, axis, np.float32) for axis in "xyz"]
+        axes = np.array([points[axis].reshape(-1) for axis in "xyz"], np.float32)
         kept = _returned(axes)
         intensity = _column(points, "intensity", np.float32) if "intensity" in names else None
     if "ring" in names:
         ring: NDArray[np.int32] | None = _column(points, "ring", np.int32)
     else:
-        x, y, z = (axis.reshape(points.shape) for axis in axes)
+        x, y, z = axes.reshape(3, *points.shape)
         ring = organised_rings(x, y, z)
     return PointCloud(
         stamp_ns=stamp_ns(message.header),
         frame=message.header.frame_id,
-        xyz=np.stack([_take(axis, kept) for axis in axes], axis=1),
+        xyz=(axes if kept is None else axes.take(kept, axis=1)).T,
         intensity=None if intensity is None else _take(intensity, kept),
         ring=None if ring is None else _take(ring, kept),
     )
@@ -121,7 +121,7 @@ def _first(fields: Mapping[str, Any], names: Sequence[str], kinds: str) -> Any |
     return next((f for f in present if _TYPES.get(f.datatype, "?")[0] in kinds), None)
 
 
-def _returned(axes: Sequence[Floats32]) -> NDArray[np.intp] | None:
+def _returned(axes: Floats32) -> NDArray[np.intp] | None:
     """Indices of the points that are finite and off the origin; None where all are.
 
     |x| + |y| + |z| is NaN or infinite where a coordinate is, and zero only at the origin.

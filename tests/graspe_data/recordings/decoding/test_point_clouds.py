@@ -118,7 +118,7 @@ def test_any_layout_decodes_as_one_point_after_the_other(build_ros2: Any, layout
     cloud = decode_points(message, "/points")
     assert as_points(cloud) == slow_points(message)
     assert cloud.xyz.dtype == np.float32
-    assert cloud.xyz.flags.c_contiguous
+    assert cloud.xyz.T.flags.c_contiguous  # axis by axis, as an observation reads it
     assert cloud.intensity is None or cloud.intensity.dtype == np.float32
     assert cloud.ring is None or cloud.ring.dtype == np.int32
 
