@@ -52,7 +52,9 @@ class Ranking:
 def main() -> int:
     """Rank the candidates of a split's rows by every checkpoint given, and store the table."""
     arguments = read_arguments(__doc__, every=2)
-    rows = np.arange(0, len(Dataset(arguments.data, arguments.split, ASKED)), arguments.every)
+    rows = np.arange(
+        0, len(Dataset(arguments.data, arguments.split, ASKED, check="sha256")), arguments.every
+    )
     through = known(arguments.data, arguments.split, rows)
     free = free_seconds(arguments.data, arguments.split, rows)
     lines = [HEADING, _line("slow and straight, no sensor", rank(through, free.blind))]
@@ -79,7 +81,9 @@ def read_arguments(description: str | None, every: int) -> argparse.Namespace:
 
 def known(data: Path, split: str, rows: NDArray[np.int64]) -> Mask:
     """Whether each candidate gets through to its end, (N, K)."""
-    batch = Dataset(data, split, ("candidate_success", "candidate_mask")).batch(rows)
+    batch = Dataset(data, split, ("candidate_success", "candidate_mask"), check="sha256").batch(
+        rows
+    )
     if not batch["candidate_mask"].all():
         raise SystemExit(f"{data}: rows without candidates")
     return np.asarray(batch["candidate_success"].astype(bool).all(axis=2))
@@ -104,7 +108,7 @@ class Ways:
 
 def scan_ways(data: Path, split: str, rows: NDArray[np.int64]) -> Ways:
     """How far each candidate gets until it meets something in its row's scan."""
-    dataset = Dataset(data, split, ("laser_scan", "candidate_velocity"))
+    dataset = Dataset(data, split, ("laser_scan", "candidate_velocity"), check="sha256")
     robot = Robot.model_validate(dataset.index.configuration["robot"])
     body, batch = body_discs(robot.footprint, BodySettings()), dataset.batch(rows)
     velocities = batch["candidate_velocity"].astype(np.float64)
@@ -161,7 +165,7 @@ def least_success(
     model = checkpoint.model.eval()
     drawn = "trajectory_image" in model.candidate_columns
     columns = tuple(name for name in model.columns if name != "trajectory_image")
-    dataset = Dataset(data, split, (*columns, "candidate_image"))
+    dataset = Dataset(data, split, (*columns, "candidate_image"), check="sha256")
     others = rows if others is None else others
     found = []
     for start in range(0, len(rows), BATCH):
@@ -173,7 +177,7 @@ def least_success(
         scenes, number = images.shape[:2]
         observation = held | ({"trajectory_image": images.flatten(0, 1)} if drawn else {})
         with torch.inference_mode():
-            scores = torch.sigmoid(model.logits(observation)).min(dim=1).values
+            scores = torch.sigmoid(model.logits(observation).double()).min(dim=1).values
         found.append(scores.view(scenes, -1).expand(-1, number).double().numpy())
     return np.concatenate(found)
 

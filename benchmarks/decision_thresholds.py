@@ -34,7 +34,7 @@ MOST_STRANDED = 0.1
 def main() -> int:
     """Judge the thresholds for every checkpoint given, and store the tables."""
     arguments = read_arguments(__doc__, every=1)
-    count = len(Dataset(arguments.data, arguments.split, ("r_point",)))
+    count = len(Dataset(arguments.data, arguments.split, ("r_point",), check="sha256"))
     asked = arguments.data, arguments.split, np.arange(0, count, arguments.every)
     through, (barred, r_point) = known(*asked), scan_bars(*asked)
     lines = ["# Thresholds of decision", "", LEGEND, ""]
@@ -57,7 +57,7 @@ def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Mask, Fl
         admissible(asked, way, ways.robot.limits, reaction_s)
         for asked, way in zip(ways.velocities, ways.free, strict=True)
     ]
-    r_point = Dataset(data, split, ("r_point",)).batch(rows)["r_point"]
+    r_point = Dataset(data, split, ("r_point",), check="sha256").batch(rows)["r_point"]
     return ~np.stack(admitted), r_point.astype(np.float64)
 
 

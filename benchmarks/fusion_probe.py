@@ -61,7 +61,9 @@ def encode(checkpoint: Checkpoint, data: Path, split: str, every: int) -> Encode
     """What the encoders make of every so many rows of a split."""
     model = family_member(checkpoint).eval()
     columns = (*(name for name in model.scene_columns if name not in RELIABILITIES), *RELIABILITIES)
-    dataset = Dataset(data, split, (*columns, "candidate_image", "candidate_success"))
+    dataset = Dataset(
+        data, split, (*columns, "candidate_image", "candidate_success"), check="sha256"
+    )
     rows = np.arange(0, len(dataset), every)
     parts = []
     for start in range(0, len(rows), BATCH):
@@ -110,7 +112,7 @@ def least_success(model: GraspeFamily, asked: Encoded) -> NDArray[np.float64]:
     found = []
     with torch.inference_mode():
         for rows in torch.arange(len(asked.vectors)).split(BATCH):  # type: ignore[no-untyped-call]
-            least = torch.sigmoid(_fuse(model, asked, rows)).min(dim=1).values
+            least = torch.sigmoid(_fuse(model, asked, rows).double()).min(dim=1).values
             found.append(least.view(len(rows), -1))
     return torch.cat(found).double().numpy()
 

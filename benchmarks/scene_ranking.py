@@ -67,7 +67,7 @@ class PointsAndVelocity(nn.Module):
 
 def read_scenes(data: Path, split: str, every: int) -> Scenes:
     """Read every so many rows of a split."""
-    dataset = Dataset(data, split, COLUMNS)
+    dataset = Dataset(data, split, COLUMNS, check="sha256")
     rows = np.arange(0, len(dataset), every)
     parts = [dataset.batch(rows[start : start + 256]) for start in range(0, len(rows), 256)]
     clouds = [
@@ -117,7 +117,7 @@ def least_success(model: PointsAndVelocity, scenes: Scenes) -> NDArray[np.float6
     number = scenes.velocities.shape[1]
     with torch.inference_mode():
         scores = [
-            torch.sigmoid(model(*pair)).min(dim=1).values.view(-1, number)
+            torch.sigmoid(model(*pair).double()).min(dim=1).values.view(-1, number)
             for pair in zip(
                 torch.split(scenes.clouds, BATCH),
                 torch.split(scenes.velocities, BATCH),

@@ -14,7 +14,7 @@ from graspe_data.shards import Dataset
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation.compare import compare
-from model_zoo.evaluation.evaluate import evaluate, with_training
+from model_zoo.evaluation.evaluate import RESAMPLE_SEED, RESAMPLES, evaluate, with_training
 from model_zoo.evaluation.evaluation import Evaluation, evaluation_name, read_evaluation
 from model_zoo.training.machine import Machine
 from model_zoo.training.progress import TrainingProgress
@@ -117,9 +117,25 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
     loaded = load_checkpoint(checkpoint)
     found = _found(file)
     digest = Dataset(zoo.dataset, zoo.split, ()).digest
-    asked = (loaded.digest, digest, zoo.split, tuple(zoo.conditions), zoo.every)
+    asked = (
+        loaded.digest,
+        digest,
+        zoo.split,
+        tuple(zoo.conditions),
+        zoo.every,
+        RESAMPLES,
+        RESAMPLE_SEED,
+    )
     if found is not None:
-        kept = (found.checkpoint, found.dataset, found.split, found.conditions, found.every)
+        kept = (
+            found.checkpoint,
+            found.dataset,
+            found.split,
+            found.conditions,
+            found.every,
+            found.resamples,
+            found.resample_seed,
+        )
         if kept == asked:
             return with_training(found, loaded)
     made = evaluate(

@@ -54,13 +54,14 @@ class ContentIdentity(Settings):
     def overlaps(self, other: ContentIdentity) -> bool:
         """Whether some seconds of both are the same measurements.
 
-        Every kind of which both have fingerprints must agree. Pictures and clouds together are
-        enough; where one of them tells nothing, as in the dark, odometry must agree as well.
+        Two of the kinds of which both have fingerprints must agree, one of them pictures or
+        clouds: a copy may have been compressed anew, and a frozen camera shows the same in two
+        drives. Where one kind alone tells anything, it is enough.
         """
         both = [kind for kind in CHOSEN if self._tells(kind) and other._tells(kind)]
-        sensors = [kind for kind in both if kind != "odometry"]
-        needed = sensors if len(sensors) > 1 else both
-        return bool(sensors) and all(self._shared(other, kind) >= SHARED for kind in needed)
+        agreeing = [kind for kind in both if self._shared(other, kind) >= SHARED]
+        sensors = {"image", "points"} & {*agreeing}
+        return bool(sensors) and len(agreeing) >= min(2, len(both))
 
     def _tells(self, kind: Kind) -> bool:
         return len(self.fingerprints.get(kind, ())) >= SHARED

@@ -119,6 +119,19 @@ class DatasetIndex(Settings):
         return columns
 
     @model_validator(mode="after")
+    def _recordings_are_on_one_side(self) -> DatasetIndex:
+        sides: dict[str, str] = {}
+        for entry in self.recordings:
+            if not entry.digest or entry.split is None:
+                continue
+            other = sides.setdefault(entry.digest, entry.split)
+            if other != entry.split:
+                raise ValueError(
+                    f"the recording {entry.name} is in the splits {other!r} and {entry.split!r}"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _rows_add_up(self) -> DatasetIndex:
         made: Counter[str | None] = Counter()
         for entry in self.recordings:

@@ -17,6 +17,7 @@ from graspe_data.documents import Sha256
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from graspe_data.sealed_folder import SealedFolder
+from model_zoo.checkpoints.lineage import Lineage
 
 WEIGHTS_FILE = "model.safetensors"
 CHECKPOINT = SealedFolder(
@@ -72,6 +73,7 @@ class CheckpointConfig(Settings):
         dataset_digest: Of the dataset it was trained on.
         assumptions: How that dataset's rows were made; None where it did not tell.
         begins_from: The training that this one extends; None where it began with random weights.
+        lineage: The recordings and ranks behind the weights; None in checkpoints written before.
     """
 
     format: Literal["graspe-checkpoint-1"] = "graspe-checkpoint-1"
@@ -84,6 +86,7 @@ class CheckpointConfig(Settings):
     dataset_digest: Sha256
     assumptions: Assumptions | None = None
     begins_from: Beginning | None = None
+    lineage: Lineage | None = None
 
     def check_columns(self, columns: Sequence[Column], where: str) -> None:
         """Refuse data that the model was not made for.

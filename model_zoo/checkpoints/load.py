@@ -113,6 +113,11 @@ def checkpoint_digest(folder: Path) -> str:
     return CHECKPOINT.check(folder)
 
 
+def published_steps(folder: Path) -> object:
+    """Steps of the training behind a checkpoint, as its metrics tell; None where they do not."""
+    return _json(folder / "metrics.json").get("steps")
+
+
 def load_checkpoint(path: Path | str) -> Checkpoint:
     """Load a checkpoint of :func:`write_checkpoint`; nothing pickled is read.
 

@@ -29,6 +29,7 @@ from model_zoo.checkpoints.config import (
     CheckpointConfig,
     input_columns,
 )
+from model_zoo.checkpoints.lineage import Lineage
 from model_zoo.contract import SuccessModel
 
 
@@ -46,6 +47,7 @@ def write_checkpoint(
     calibration: Calibration | Uncalibrated | None,
     assumptions: Assumptions | None = None,
     begins_from: Beginning | None = None,
+    lineage: Lineage | None = None,
 ) -> Path:
     """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
 
@@ -65,6 +67,7 @@ def write_checkpoint(
         calibration: Fitted on validation rows, or why not; None gives probabilities as they are.
         assumptions: How the dataset's rows were made, for those who drive by the model.
         begins_from: The training that this one extends, if it does.
+        lineage: The recordings and ranks behind the weights.
 
     Returns:
         The folder.
@@ -84,6 +87,7 @@ def write_checkpoint(
             "dataset_digest": dataset_digest,
             "assumptions": assumptions,
             "begins_from": begins_from,
+            "lineage": lineage,
         }
     )
     environment = describe_environment()

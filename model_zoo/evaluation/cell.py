@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.manifest import Settings
@@ -14,6 +15,9 @@ ALL_SCENARIOS = "all"
 
 ROC_POINTS = 201
 """Of a ROC curve: the same for all, so that their mean is one."""
+
+AREA_APART = 0.02
+"""A curve of 201 points rounds the corners off."""
 
 _ROUNDING = 1e-6
 
@@ -105,10 +109,22 @@ class Cell(Settings):
         if "au_roc" not in self.scores:
             found = ", ".join(self.scores) or "none"
             raise ValueError(f"scores: expected au_roc among them, found {found}")
+        self._check_area()
         steps = sum(self.calibration.judged)
         if steps != self.judged:
             raise ValueError(f"calibration: has {steps} judged steps, the cell {self.judged}")
         return self
+
+    def _check_area(self) -> None:
+        """The AU-ROC is the area under the curve that is stored beside it."""
+        value = self.scores["au_roc"].value
+        if value is None or self.roc is None:
+            return
+        widths = np.diff(self.roc.false_positive)
+        heights = np.array(self.roc.true_positive)
+        area = float(np.sum(widths * (heights[1:] + heights[:-1]) / 2))
+        if abs(area - value) > AREA_APART:
+            raise ValueError(f"au_roc is {value:.4g}, the area under its curve is {area:.4g}")
 
     @property
     def only_class(self) -> str | None:

@@ -21,7 +21,8 @@ _MOST_VALUES = 3
 def group_of(evaluation: Evaluation) -> Hashable:
     """Equal for trainings that differ in the seed alone."""
     recipe = evaluation.recipe and evaluation.recipe.digest
-    return evaluation.model, evaluation.preset, recipe, evaluation.trained_on
+    ranks = evaluation.ranks or 1
+    return evaluation.model, evaluation.preset, recipe, evaluation.trained_on, ranks
 
 
 def label_groups(groups: Sequence[Evaluation]) -> list[str]:
@@ -40,6 +41,8 @@ def _label(group: Evaluation, groups: Sequence[Evaluation], *, preset: bool) -> 
     details = [group.preset] if preset else []
     if len({other.recipe and other.recipe.digest for other in rivals}) > 1:
         details.append(_recipe(group, rivals))
+    if len({other.ranks or 1 for other in rivals}) > 1:
+        details.append(f"ranks {group.ranks or 1}")
     if len({other.trained_on for other in rivals}) > 1:
         details.append(f"data {group.trained_on[:_SHORT]}")
     return f"{group.model} ({', '.join(details)})" if details else group.model

@@ -18,6 +18,9 @@ from model_zoo.evaluation.latency import measure_latency
 from model_zoo.evaluation.predictions import predict_split
 from model_zoo.evaluation.score_cells import score_cells
 
+RESAMPLES, RESAMPLE_SEED = 1000, 0
+"""Of recordings, unless the caller asks for others."""
+
 
 def evaluate(
     checkpoint: Checkpoint,
@@ -27,8 +30,8 @@ def evaluate(
     *,
     batch_size: int = 32,
     device: Device = "cpu",
-    seed: int = 0,
-    resamples: int = 1000,
+    seed: int = RESAMPLE_SEED,
+    resamples: int = RESAMPLES,
     every: int = 1,
     progress: Progress | None = None,
 ) -> Evaluation:
@@ -94,6 +97,7 @@ def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
         "preset": checkpoint.config.preset,
         "seed": seed if isinstance(seed, int) else None,
         "recipe": summarise_recipe(_recipe(checkpoint)),
+        "ranks": None if checkpoint.config.lineage is None else checkpoint.config.lineage.ranks,
         "steps": steps if isinstance(steps, int) and steps >= 0 else None,
         "parameters": checkpoint.config.parameters,
         "settings": digest_of(checkpoint.config.numbers),

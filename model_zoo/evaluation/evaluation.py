@@ -77,6 +77,7 @@ class Evaluation(Settings):
         seed: Of the training, where the recipe has one.
         recipe: The rest of it; None where it is not known.
         steps: That the training did; None where it is not known.
+        ranks: Processes that shared a step; None where it is not known.
         parameters: Numbers in the model.
         settings: Digest of the model's settings; None where they are not known.
         checkpoint: Digest of the checkpoint.
@@ -97,6 +98,7 @@ class Evaluation(Settings):
     seed: int | None
     recipe: RecipeSummary | None = None
     steps: Annotated[int, Field(ge=0)] | None = None
+    ranks: Annotated[int, Field(ge=1)] | None = None
     parameters: Annotated[int, Field(ge=0, le=LARGEST_COUNT)]
     settings: Sha256 | None = None
     checkpoint: Sha256

@@ -16,6 +16,9 @@ from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from model_zoo.augmentation import CONDITIONS, Condition, check_lidar_may_fail, columns_needed
 from model_zoo.checkpoints import Checkpoint
+from model_zoo.checkpoints.assumptions import read_assumptions
+from model_zoo.checkpoints.lineage import check_observed_alike
+from model_zoo.contents import check_values
 from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.labels import check_binary
 
@@ -65,6 +68,7 @@ def open_judged_split(
         raise ZooError(f"every: found {every}; give 1 for all rows, 2 for every second, and so on.")
     index = read_index(path)
     _check_columns(checkpoint, index, path)
+    _check_lineage(checkpoint, index, split, path)
     labels = Dataset(path, split, _LABELS, check="sha256")
     columns = labels.batch(np.arange(len(labels)))
     mask = columns["success_mask"].astype(bool)
@@ -75,7 +79,7 @@ def open_judged_split(
             f"{path}: none of the {len(labels)} rows of the split {split!r} has a judged step, so "
             "there is nothing to score. Label its recordings and build the dataset again."
         )
-    _check_recordings(columns["recording"][rows], len(index.recordings), f"{path}: {split!r}")
+    _check_recordings(columns["recording"], index, split, path)
     stamps = (
         Dataset(path, split, ("stamp_ns",), check="sha256").batch(rows)["stamp_ns"]
         if every > 1
@@ -83,8 +87,10 @@ def open_judged_split(
     )
     if stamps is not None:
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
+    names = _columns(checkpoint, index, conditions, path)
+    check_values(Dataset(path, split, checkpoint.model.columns))
     return JudgedSplit(
-        dataset=Dataset(path, split, _columns(checkpoint, index, conditions, path), check="sha256"),
+        dataset=Dataset(path, split, names, check="sha256"),
         rows=rows,
         success=columns["success"].astype(bool)[rows],
         mask=mask[rows],
@@ -103,12 +109,26 @@ def _thinned(
     return np.sort(rows[order[since % min(every, len(rows)) == 0]])
 
 
-def _check_recordings(recording: NDArray[Any], count: int, where: str) -> None:
-    outside = recording[(recording < 0) | (recording >= count)]
-    if outside.size:
+def _check_lineage(checkpoint: Checkpoint, index: DatasetIndex, split: str, path: Path) -> None:
+    """The rows are new to the model, and were made as those that taught it."""
+    config, found = checkpoint.config, read_assumptions(index)
+    if config.lineage is not None:
+        config.lineage.check_unseen(index, split, str(path))
+    if config.assumptions is not None and found is not None:
+        trained, here = (each.observation.model_dump() for each in (config.assumptions, found))
+        check_observed_alike(trained, here, str(path))
+
+
+def _check_recordings(recording: NDArray[Any], index: DatasetIndex, split: str, path: Path) -> None:
+    count = len(index.recordings)
+    own = np.array([entry.split == split for entry in index.recordings], np.bool_)
+    inside = (recording >= 0) & (recording < count)
+    strange = recording[~inside] if not inside.all() else recording[~own[recording]]
+    if strange.size:
         raise ZooError(
-            f"{where}: column recording: found {outside[0]}, expected 0 to {count - 1}, a place in "
-            "the list of recordings. Build the dataset again."
+            f"{path}: {split!r}: column recording: found {strange[0]}, expected 0 to {count - 1}, "
+            f"the place of a recording of this split in the list of recordings. Build the dataset "
+            f"again."
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import torch
@@ -38,13 +38,46 @@ def check_dependence(
         candidates: Trajectory images (K, H, W), of which some that differ are tried.
 
     Raises:
-        ZooError: The output is the same in all scenes, or of all candidates though it reads them.
+        ZooError: The output is the same in all scenes, or of all candidates though it reads them,
+            or whatever one of its inputs is.
     """
     tried = _different(candidates)
     found = np.stack([_log_odds(checkpoint, scene, tried) for scene in scenes])
     _expect_spread(found, 0, f"in {len(scenes)} scenes", contract)
     if contract.uses_candidates and len(tried) > 1:
         _expect_spread(found, 1, f"of {len(tried)} candidates", contract)
+    for group in _groups(scenes[0].columns):
+        _expect_look(checkpoint, contract, scenes, tried[:1], group)
+
+
+def _groups(columns: Mapping[str, NDArray[np.generic]]) -> list[tuple[str, ...]]:
+    """The columns that are looked at together: points come with their count."""
+    together = tuple(name for name in ("points", "point_count") if name in columns)
+    groups: list[tuple[str, ...]] = [together] if together else []
+    return groups + [(name,) for name in columns if name not in (*together, CANDIDATES)]
+
+
+def _expect_look(
+    checkpoint: Checkpoint,
+    contract: BundleContract,
+    scenes: Sequence[Scene],
+    candidate: NDArray[np.uint8],
+    group: tuple[str, ...],
+) -> None:
+    """Give the first scene a group's columns from the others: something must change."""
+    first = scenes[0].columns
+    swapped = [
+        Scene(scene.name, scene.kind, {**first, **{name: scene.columns[name] for name in group}})
+        for scene in scenes
+    ]
+    differ = any(
+        not np.array_equal(scene.columns[name], first[name], equal_nan=True)
+        for scene in scenes
+        for name in group
+    )
+    if differ:
+        found = np.stack([_log_odds(checkpoint, scene, candidate) for scene in swapped])
+        _expect_spread(found, 0, f"whatever its {' and '.join(group)}", contract)
 
 
 def _different(candidates: NDArray[np.uint8]) -> NDArray[np.uint8]:

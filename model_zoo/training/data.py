@@ -16,11 +16,12 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from model_zoo.augmentation.settings import sensor_settings
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
+from model_zoo.checkpoints.lineage import Lineage
+from model_zoo.contents import check_contents, check_values
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import LABEL_COLUMNS, Labels, read_labels
 from model_zoo.training.candidates import candidate_columns, check_candidates
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
-from model_zoo.training.contents import check_contents, check_values
 from model_zoo.training.machine import Machine
 from model_zoo.training.preparation import Preparation
 from model_zoo.training.progress import TrainingProgress
@@ -39,6 +40,7 @@ class TrainingData:
         columns: As the dataset declares them.
         digest: The dataset's.
         assumptions: How its rows were made; None where it does not tell.
+        lineage: The recordings and ranks of this training.
     """
 
     training: BatchLoader
@@ -47,6 +49,7 @@ class TrainingData:
     columns: tuple[Column, ...]
     digest: str
     assumptions: Assumptions | None
+    lineage: Lineage
 
 
 def open_data(
@@ -77,8 +80,8 @@ def open_data(
     }
     if fabric.local_rank == 0:
         for split in SPLITS:
-            check_contents(folder, split, columns[split], progress)
-            check_values(Dataset(folder, split, model.columns), progress)
+            check_contents(folder, split, columns[split], progress.aside)
+            check_values(Dataset(folder, split, model.columns), progress.aside)
     fabric.barrier()
     rows = {split: Dataset(folder, split, columns[split]) for split in SPLITS}
     return TrainingData(
@@ -88,6 +91,7 @@ def open_data(
         index.columns,
         index.dataset_digest,
         read_assumptions(index),
+        Lineage.of(index, fabric.world_size),
     )
 
 

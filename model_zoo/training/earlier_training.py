@@ -10,7 +10,7 @@ from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
 from graspe_data.sealed_folder import SEAL_FILE
 from model_zoo.checkpoints.config import Beginning
-from model_zoo.checkpoints.load import checkpoint_digest, read_description
+from model_zoo.checkpoints.load import checkpoint_digest, published_steps, read_description
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import Identity
 from model_zoo.training.state_file import STATE_FILE, StateFile, read_identity
@@ -65,7 +65,7 @@ def _fault(folder: Path, identity: Identity) -> str:
         numbers=config.numbers,
         dataset=config.dataset_digest,
         recipe=recipe,
-        ranks=identity.ranks,
+        ranks=identity.ranks if config.lineage is None else config.lineage.ranks,
         begins_from=config.begins_from,
     )
     return "; ".join(identity.differences(then))
@@ -111,8 +111,18 @@ def open_finished(run: Path, identity: Identity, out: Path) -> FinishedTraining:
             "again until it is."
         )
     _check_same(run, identity, begun)
+    _check_end(run, step, published_steps(checkpoint))
     beginning = Beginning(checkpoint=checkpoint_digest(checkpoint), step=step)
     return FinishedTraining(StateFile(file, begun), beginning)
+
+
+def _check_end(run: Path, step: int, published: object) -> None:
+    """The state is that of the checkpoint's end."""
+    if step != published:
+        raise ZooError(
+            f"{run}: the state is of step {step}, the checkpoint beside it of a training of "
+            f"{published} steps, so they are not of one training. Run its own command again."
+        )
 
 
 def _check_same(run: Path, identity: Identity, begun: Identity) -> None:

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
+from model_zoo.bounds import NO_TRUTH
 from model_zoo.training.recipe import Recipe
 
 LOG_FOLDER = "log"
@@ -33,10 +34,10 @@ class Machine(Settings):
     """
 
     device: Literal["auto", "cpu", "cuda"] = "auto"
-    workers: Annotated[int, Field(ge=0, le=1024)] = 1
-    threads: Annotated[int, Field(gt=0, le=10**18)] | None = None
-    state_every_s: Annotated[float, Field(gt=0, le=1e9)] = 60.0
-    state_every_steps: Annotated[int, Field(gt=0, le=10**12)] | None = None
+    workers: Annotated[int, Field(strict=True, ge=0, le=1024)] = 1
+    threads: Annotated[int, Field(strict=True, gt=0, le=10**18)] | None = None
+    state_every_s: Annotated[float, Field(gt=0, le=1e9), NO_TRUTH] = 60.0
+    state_every_steps: Annotated[int, Field(strict=True, gt=0, le=10**12)] | None = None
     tensorboard: bool = True
 
 

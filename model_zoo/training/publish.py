@@ -62,6 +62,7 @@ def publish(
             calibration=calibration,
             assumptions=data.assumptions,
             begins_from=identity.begins_from,
+            lineage=data.lineage,
         )
     fabric.barrier()
     return calibration

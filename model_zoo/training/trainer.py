@@ -110,7 +110,8 @@ class Trainer:
     def _train_epoch(self, watch: Stopwatch) -> None:
         """Do what is left of an epoch: nothing, if it was interrupted before its validation."""
         state, loader = self.state, self._data.training
-        end = min((len(state.history) + 1) * len(loader), self.steps)
+        validated = state.history[-1].step if state.history else 0
+        end = min((validated // len(loader) + 1) * len(loader), self.steps)
         if state.step >= end:
             return
         for batch in watch.waiting(loader):

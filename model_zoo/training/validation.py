@@ -57,11 +57,12 @@ def predict(
 ) -> Predictions:
     """Run the model over all rows, shared by the ranks; it is left in evaluation mode.
 
-    All ranks look with the buffers of rank 0, so that what is predicted is one model's. The rows
-    come in the same order each time, so that sums over them are the same to the bit.
+    All ranks look with the buffers of rank 0, so that what is predicted is one model's; and in
+    float32, whatever the precision of the training, since so does whoever loads the checkpoint. The
+    rows come in the same order each time, so that sums over them are the same to the bit.
 
     Args:
-        fabric: The ranks, and the precision.
+        fabric: The ranks.
         model: Not wrapped.
         loader: With tail ``pad``; it is wound back.
         progress: Is told of each batch, by rank 0.
@@ -76,8 +77,7 @@ def predict(
     with torch.inference_mode():
         for loaded in loader:
             batch = fabric.to_device(loaded)
-            with fabric.autocast():
-                logits = model.logits({name: batch[name] for name in model.columns})
+            logits = model.logits({name: batch[name] for name in model.columns})
             if fabric.is_global_zero:
                 progress.aside("validation", len(parts) + 1, len(loader))
             parts.append((logits.double(), batch[SUCCESS].bool(), batch[MASK].bool()))

@@ -91,7 +91,9 @@ def train_command(
             help="A setting that differs from the preset's, such as graph.decay=5; repeat.",
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the recipe's.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=2**63 - 1, help="Instead of the recipe's.")
+    ] = None,
     epochs: Annotated[
         int | None, typer.Option(min=1, max=10**9, help="Instead of the recipe's.")
     ] = None,

@@ -12,6 +12,7 @@ from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
 from model_zoo import metrics
 from model_zoo.checkpoints import Calibration, load_checkpoint
+from model_zoo.checkpoints.lineage import Lineage
 from model_zoo.evaluation import evaluate, read_evaluation
 from model_zoo.evaluation.evaluate import with_training
 from model_zoo.evaluation.evaluation import Evaluation
@@ -214,8 +215,38 @@ def test_data_that_does_not_fit_is_refused(
 
 def test_nan_in_a_column_is_named_as_a_cause(write_tiny: Write, tmp_path: Path) -> None:
     folder = write_tiny_dataset(tmp_path / "nan", ("hill",), r_img=np.float32(np.nan))
-    with pytest.raises(ZooError, match=r"not finite under 'clean'\. Look for NaN"):
+    with pytest.raises(ZooError, match=r"column r_img holds a number that is not finite"):
         evaluated(write_tiny(), folder)
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.5])
+def test_a_reliability_beyond_0_to_1_is_refused(
+    write_tiny: Write, tmp_path: Path, share: float
+) -> None:
+    folder = write_tiny_dataset(tmp_path / "beyond", ("hill",), r_img=np.float32(share))
+    with pytest.raises(ZooError, match=r"column r_img holds .* outside of 0\.\.1"):
+        evaluated(write_tiny(), folder)
+
+
+def test_recordings_that_taught_a_checkpoint_do_not_examine_it(
+    write_tiny: Write, dataset: Path
+) -> None:
+    taught = write_tiny("taught", lineage=Lineage(taught=(f"{3:064x}",)))
+    with pytest.raises(ZooError, match=r"1 of the 8 recordings .*'test' .*first 3\.bag"):
+        evaluated(taught, dataset)
+
+
+def test_an_au_roc_that_is_not_that_of_its_curve_is_refused(
+    write_tiny: Write, dataset: Path, tmp_path: Path
+) -> None:
+    found, file = evaluated(write_tiny(), dataset), tmp_path / "evaluation.json"
+    found.write(file)
+    assert read_evaluation(file) == found
+    content = json.loads(file.read_text())
+    content["cells"][0]["scores"]["au_roc"]["value"] = 0.999
+    file.write_text(json.dumps(content))
+    with pytest.raises(ZooError, match=r"au_roc is 0\.999, the area under its curve is 0\."):
+        read_evaluation(file)
 
 
 def test_a_row_of_no_recording_is_refused(write_tiny: Write, tmp_path: Path) -> None:

@@ -71,6 +71,42 @@ def test_a_model_that_does_not_look_is_not_exported(
     assert not (tmp_path / "bundle").exists()
 
 
+BRANCHES = {
+    "graspe": {
+        "image": "encoders.image",
+        "points": "encoders.points",
+        "velocity_history": "encoders.velocit",
+    },
+    "paad": {"image": "image.", "laser_scan": "scan."},
+    "nmfnet": {
+        "image": "scene.image.",
+        "points": "scene.point_net",
+        "laser_scan": "scene.map.",
+    },
+}
+"""By model the inputs, and how the parameters of their branches begin."""
+BRANCHES |= dict.fromkeys(("graspe_no_agnn", "graspe_no_reliability"), BRANCHES["graspe"])
+BRANCHES["nmfnet_trajectory"] = BRANCHES["nmfnet"]
+
+
+@pytest.mark.parametrize(
+    ("name", "column"), [(name, column) for name in MODELS for column in BRANCHES[name]]
+)
+def test_a_model_that_does_not_look_at_one_input_is_not_exported(
+    name: str, column: str, dataset: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("model_zoo.export.export.export_graphs", no_graphs)
+    model, branch = lively_model(name), BRANCHES[name][column]
+    dead = [weights for key, weights in model.named_parameters() if key.startswith(branch)]
+    assert dead
+    with torch.no_grad():
+        for weights in dead:
+            weights.zero_()
+    checkpoint = write_made(tmp_path / "checkpoint", name, read_index(dataset), model=model)
+    with pytest.raises(ZooError, match=rf"the same whatever its {column}"):
+        export_bundle(checkpoint, tmp_path / "bundle", dataset)
+
+
 def no_graphs(model: SuccessModel, temperature: float, example: Observation) -> Graphs:
     return Graphs(b"", b"", {})
 

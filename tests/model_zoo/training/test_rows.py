@@ -9,8 +9,8 @@ import torch
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from model_zoo.augmentation import AugmentationSettings
+from model_zoo.contents import check_values
 from model_zoo.labels import Labels
-from model_zoo.training.contents import check_values
 from model_zoo.training.preparation import Preparation
 from model_zoo.training.rows import ChosenRows, choose_rows
 from tests.model_zoo.training.tiny import make_splits, write_dataset

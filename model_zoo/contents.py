@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from model_zoo.training.progress import SilentProgress, TrainingProgress
+
+Tell = Callable[[str, int, int], None]
+"""Is told of what is read, how many rows of it are done, and of how many."""
 
 
 def check_contents(
-    folder: Path, split: str, columns: Collection[str], progress: TrainingProgress | None = None
+    folder: Path, split: str, columns: Collection[str], tell: Tell | None = None
 ) -> None:
     """Read every byte of some columns once and compare their SHA-256 with ``dataset.json``.
 
@@ -28,24 +30,26 @@ def check_contents(
         folder: The dataset.
         split: Whose shards.
         columns: Those that will be read.
-        progress: Is told of the rows whose shards were checked.
+        tell: Is told of the rows whose shards were checked.
 
     Raises:
         ShardError: Names the shard and the column that is damaged, or in another's place.
     """
     rows = Dataset(folder, split, columns, check="sha256")
-    progress = progress or SilentProgress()
     for passed in rows.check_shards():
-        progress.aside(f"checking {split} shards", passed, len(rows))
+        if tell:
+            tell(f"checking {split} shards", passed, len(rows))
 
 
 INFINITE_WHERE_EMPTY = frozenset({"laser_scan"})
 PADDED = frozenset({"points", "intensity", "smoothness"})
 COUNT, RECORDING = "point_count", "recording"
+SHARES = frozenset({"r_bright", "r_corners", "r_img", "r_edge", "r_planar", "r_point"})
+"""Columns of numbers in 0..1."""
 ROWS_AT_ONCE = 128
 
 
-def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> None:
+def check_values(dataset: Dataset, tell: Tell | None = None) -> None:
     """Read every float column of a dataset once and refuse what is not finite.
 
     Points past their row's count are padding, whatever they are; a ray without a return is inf.
@@ -53,7 +57,7 @@ def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> 
     Args:
         dataset: A split with the columns that are to be checked. Where ``point_count`` is not
             among them, the padded columns may hold NaN.
-        progress: Is told of the rows that were read.
+        tell: Is told of the rows that were read.
 
     Raises:
         ShardError: A shard is missing or not what ``dataset.json`` says.
@@ -64,12 +68,15 @@ def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> 
         return
     extra = {column.name for column in dataset.index.columns} & {COUNT}
     names = {column.name for column in floats} | extra
+    most = min((c.shape[0] for c in floats if c.name in PADDED), default=None)
     reader = Dataset(dataset.path, dataset.split, names)
-    progress = progress or SilentProgress()
     for begin in range(0, len(reader), ROWS_AT_ONCE):
         end = min(begin + ROWS_AT_ONCE, len(reader))
         batch = reader.batch(np.arange(begin, end))
-        progress.aside(f"checking {dataset.split} rows", end, len(reader))
+        if tell:
+            tell(f"checking {dataset.split} rows", end, len(reader))
+        if COUNT in batch and most is not None:
+            _check_counts(dataset, batch[COUNT].astype(np.int64), most, begin)
         for column in floats:
             for row in _faulty_rows(column, batch):
                 raise ZooError(_describe(dataset, column, begin + row))
@@ -78,6 +85,8 @@ def check_values(dataset: Dataset, progress: TrainingProgress | None = None) -> 
 def _faulty_rows(column: Column, batch: dict[str, NDArray[np.generic]]) -> Iterator[int]:
     values = batch[column.name].astype(np.float32, copy=False)
     sound = ~np.isnan(values) if column.name in INFINITE_WHERE_EMPTY else np.isfinite(values)
+    if column.name in SHARES:
+        sound &= (values >= 0) & (values <= 1)
     if column.name in PADDED and COUNT in batch:
         counts = batch[COUNT].astype(np.int64)
         padding = np.arange(values.shape[1]) >= counts[:, None]
@@ -87,12 +96,27 @@ def _faulty_rows(column: Column, batch: dict[str, NDArray[np.generic]]) -> Itera
     yield from np.flatnonzero(~sound.reshape(len(values), -1).all(axis=1)).tolist()
 
 
+def _check_counts(dataset: Dataset, counts: NDArray[np.int64], most: int, first_row: int) -> None:
+    for row in np.flatnonzero((counts < 0) | (counts > most)).tolist():
+        raise ZooError(
+            f"{dataset.path}: split {dataset.split!r}, row {first_row + row}"
+            f"{_recording(dataset, first_row + row)}: column {COUNT} is {counts[row]}, expected 0 "
+            f"to {most}. Build the dataset again."
+        )
+
+
 def _describe(dataset: Dataset, column: Column, row: int) -> str:
     return (
         f"{dataset.path}: split {dataset.split!r}, row {row}{_recording(dataset, row)}: column "
-        f"{column.name} holds a number that is not finite, expected {column.unit or 'numbers'}. "
+        f"{column.name} holds {_fault(column)}. "
         "Leave that recording out, or mend its sensor's data, and build the dataset again."
     )
+
+
+def _fault(column: Column) -> str:
+    if column.name in SHARES:
+        return "a number that is not finite, or outside of 0..1"
+    return f"a number that is not finite, expected {column.unit or 'numbers'}"
 
 
 def _recording(dataset: Dataset, row: int) -> str:
