@@ -42,7 +42,7 @@ _TOLERANCE = 1e-6
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 
-class Tensor(Settings):
+class GraphTensor(Settings):
     """One input or output of a graph.
 
     Attributes:
@@ -208,10 +208,10 @@ class BundleContract(Settings):
     preset: str
     horizon: Count
     step_s: Seconds
-    encode_inputs: tuple[Tensor, ...]
-    features: tuple[Tensor, ...]
-    score_inputs: tuple[Tensor, ...]
-    output: Tensor
+    encode_inputs: tuple[GraphTensor, ...]
+    features: tuple[GraphTensor, ...]
+    score_inputs: tuple[GraphTensor, ...]
+    output: GraphTensor
     uses_candidates: bool
     temperature: Annotated[float, Field(gt=0)] = 1.0
     decision: Decision

@@ -32,9 +32,9 @@ class KnownOutcomes:
         """The message of every moment."""
         moments = zip(self.stamps_ns, self.velocities, self.success, strict=True)
         for stamp, velocities, success in moments:
-            said = {"stamp_ns": int(stamp), "step_s": self.step_s}
-            said |= {"velocities": velocities.tolist(), "success": success.astype(int).tolist()}
-            yield json.dumps(said)
+            message = {"stamp_ns": int(stamp), "step_s": self.step_s}
+            message |= {"velocities": velocities.tolist(), "success": success.astype(int).tolist()}
+            yield json.dumps(message)
 
 
 def read_outcomes(path: Path, topic: str) -> KnownOutcomes:
@@ -59,15 +59,15 @@ def read_outcomes(path: Path, topic: str) -> KnownOutcomes:
         ) from error
 
 
-def _parsed(said: list[dict[str, Any]]) -> KnownOutcomes:
-    velocities = np.array([moment["velocities"] for moment in said], np.float64)
-    success = np.array([moment["success"] for moment in said], np.bool_)
-    (step_s,) = {float(moment["step_s"]) for moment in said}
+def _parsed(moments: list[dict[str, Any]]) -> KnownOutcomes:
+    velocities = np.array([moment["velocities"] for moment in moments], np.float64)
+    success = np.array([moment["success"] for moment in moments], np.bool_)
+    (step_s,) = {float(moment["step_s"]) for moment in moments}
     if velocities.ndim != 3 or velocities.shape[2] != 2:  # noqa: PLR2004 - (P, K, 2)
         raise ValueError(f"velocities of shape {velocities.shape}, expected (P, K, 2)")
     if success.ndim != 3 or success.shape[:2] != velocities.shape[:2]:  # noqa: PLR2004
         raise ValueError(f"success of shape {success.shape}, expected (P, K, T)")
     if not np.isfinite(velocities).all():
         raise ValueError("a velocity that is not finite")
-    stamps = np.array([moment["stamp_ns"] for moment in said], np.int64)
+    stamps = np.array([moment["stamp_ns"] for moment in moments], np.int64)
     return KnownOutcomes(stamps, velocities, success, step_s)

@@ -9,7 +9,7 @@ from graspe_data.shards.dataset_manifest import RecordingEntry
 
 def findings_of(entry: RecordingEntry) -> Iterator[tuple[str, str]]:
     """Course and text of each finding of a recording; none of a dataset that has none."""
-    told = entry.details.get("findings")
-    for finding in told if isinstance(told, list) else []:
+    findings = entry.details.get("findings")
+    for finding in findings if isinstance(findings, list) else []:
         if isinstance(finding, dict):
             yield str(finding.get("course", "")), str(finding.get("text", ""))

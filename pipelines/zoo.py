@@ -106,10 +106,10 @@ def _evaluations(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Ite
     for run in runs:
         recipe = zoo.recipe_of(run)
         folder, named = zoo.out / run.name, (run.model, run.preset)
-        with progress.training() as told:
-            checkpoint = train(*named, zoo.dataset, recipe, folder, told, zoo.machine)
-        with progress.evaluation() as told_too:
-            yield evaluate_once(zoo, checkpoint, folder / named_file, told_too)
+        with progress.training() as of_training:
+            checkpoint = train(*named, zoo.dataset, recipe, folder, of_training, zoo.machine)
+        with progress.evaluation() as of_evaluation:
+            yield evaluate_once(zoo, checkpoint, folder / named_file, of_evaluation)
 
 
 def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) -> Evaluation:
@@ -117,7 +117,7 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
     loaded = load_checkpoint(checkpoint)
     found = _found(file)
     digest = Dataset(zoo.dataset, zoo.split, ()).digest
-    asked = (
+    wanted = (
         loaded.digest,
         digest,
         zoo.split,
@@ -136,7 +136,7 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
             found.resamples,
             found.resample_seed,
         )
-        if kept == asked:
+        if kept == wanted:
             return with_training(found, loaded)
     made = evaluate(
         loaded,

@@ -12,7 +12,7 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import Tensor
+from graspe_data.bundle_contract import GraphTensor
 from graspe_data.errors import PlannerError
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -45,8 +45,8 @@ class Graph:
         self,
         where: str,
         content: bytes,
-        inputs: Sequence[Tensor],
-        outputs: Sequence[Tensor],
+        inputs: Sequence[GraphTensor],
+        outputs: Sequence[GraphTensor],
         threads: int,
     ) -> None:
         """Start a session on the CPU.
@@ -99,7 +99,7 @@ class Graph:
         """Refuse to be sent elsewhere, which no session can."""
         raise PlannerError(f"{self._where}: {_ANOTHER_PROCESS}")
 
-    def _checked(self, tensor: Tensor, arrays: Arrays) -> NDArray[np.generic]:
+    def _checked(self, tensor: GraphTensor, arrays: Arrays) -> NDArray[np.generic]:
         array = arrays.get(tensor.name)
         if array is None:
             raise PlannerError(f"{self._where}: {tensor.name} is missing.")
@@ -115,7 +115,7 @@ class Graph:
         return array
 
 
-def _compare(where: str, side: str, nodes: Sequence[Any], tensors: Sequence[Tensor]) -> None:
+def _compare(where: str, side: str, nodes: Sequence[Any], tensors: Sequence[GraphTensor]) -> None:
     """Refuse a graph whose inputs or outputs have other names, dtypes or fixed sizes."""
     names, expected = (sorted(each.name for each in some) for some in (nodes, tensors))
     if names != expected:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
-from graspe_data.bundle_contract import BundleContract, Tensor
+from graspe_data.bundle_contract import BundleContract, GraphTensor
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
@@ -161,5 +161,5 @@ def _pairs(velocities: Floats) -> Floats:
     return pairs
 
 
-def _as_taken(images: NDArray[np.bool_], tensor: Tensor) -> NDArray[np.generic]:
+def _as_taken(images: NDArray[np.bool_], tensor: GraphTensor) -> NDArray[np.generic]:
     return images.view(np.uint8) if tensor.dtype == "uint8" else images.astype(tensor.dtype)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from model_zoo.augmentation.settings import SensorSettings
+from model_zoo.augmentation.settings import ExposureSettings
 
 Light = NDArray[np.float32]
 
@@ -87,12 +87,12 @@ def meter(light: Light, target: float, gain_limit: float) -> float:
     """
     sparse = light[::_METERED_EACH, ::_METERED_EACH].mean(axis=2)
     bright = max(float(np.quantile(sparse, 1.0 - _HIGHLIGHTS)), 1e-9)
-    asked = min(target / max(float(sparse.mean()), 1e-9), 1.0 / bright)
-    return float(np.clip(asked, 1.0, gain_limit))
+    gain = min(target / max(float(sparse.mean()), 1e-9), 1.0 / bright)
+    return float(np.clip(gain, 1.0, gain_limit))
 
 
 def expose(
-    light: Light, gain: float, sensor: SensorSettings, generator: np.random.Generator
+    light: Light, gain: float, sensor: ExposureSettings, generator: np.random.Generator
 ) -> Light:
     """Light as a sensor reads and amplifies it, float32 (H, W, 3).
 

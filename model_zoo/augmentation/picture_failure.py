@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from model_zoo.augmentation.camera import expose, light_of, meter, motion_blur, picture_of
 from model_zoo.augmentation.cover import cover_lens
-from model_zoo.augmentation.settings import SensorSettings
+from model_zoo.augmentation.settings import ExposureSettings
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class PictureFailure:
 def retake(
     picture: NDArray[np.uint8],
     failure: PictureFailure,
-    sensor: SensorSettings,
+    sensor: ExposureSettings,
     generator: np.random.Generator,
 ) -> NDArray[np.uint8]:
     """Take a picture again by a camera that fails.

@@ -108,7 +108,7 @@ class LateHistorySettings(Settings):
     """Steps of the history by which it is late."""
 
 
-class SensorSettings(Settings):
+class ExposureSettings(Settings):
     """The camera that takes the degraded picture."""
 
     gain_limit: Annotated[float, Field(ge=1, le=256)] = 8.0
@@ -137,7 +137,7 @@ class AugmentationSettings(Settings):
     thinning: ThinningSettings = ThinningSettings()
     scatter: ScatterSettings = ScatterSettings()
     late_history: LateHistorySettings = LateHistorySettings()
-    sensor: SensorSettings = SensorSettings()
+    sensor: ExposureSettings = ExposureSettings()
     laser_scan: LaserScanSettings = LaserScanSettings()
     """As the dataset's: the angle that the scan covers and its least range count here."""
     image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
@@ -152,7 +152,7 @@ class AugmentationSettings(Settings):
         return any(failure.probability > 0 for failure in failures)
 
 
-def sensor_settings(
+def settings_of_dataset(
     index: DatasetIndex, settings: AugmentationSettings | None = None
 ) -> AugmentationSettings:
     """Settings of degradations, with the reliabilities and the scan as a dataset computed them.

@@ -129,5 +129,5 @@ class Cell(Settings):
     @property
     def only_class(self) -> str | None:
         """Why AU-ROC is not defined where the judged steps are of one class; else None."""
-        told = {1.0: "all judged steps succeed", 0.0: "all judged steps fail"}
-        return None if self.success_share is None else told.get(self.success_share)
+        reasons = {1.0: "all judged steps succeed", 0.0: "all judged steps fail"}
+        return None if self.success_share is None else reasons.get(self.success_share)

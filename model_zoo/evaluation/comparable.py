@@ -82,8 +82,8 @@ def _refuse_other_rows(evaluation: Evaluation, first: Evaluation) -> None:
         if found is not None and _counts(found) != _counts(expected):
             raise ZooError(
                 f"compare: {_name(evaluation)} and {_name(first)} differ in the rows of "
-                f"{expected.scenario!r} under {expected.condition!r}: {_told(found)}; "
-                f"{_told(expected)}. Evaluate both again."
+                f"{expected.scenario!r} under {expected.condition!r}: {_counts_text(found)}; "
+                f"{_counts_text(expected)}. Evaluate both again."
             )
 
 
@@ -91,7 +91,7 @@ def _counts(cell: Cell) -> tuple[object, ...]:
     return (*(getattr(cell, name) for name in _COUNTS), len(cell.au_roc_resamples))
 
 
-def _told(cell: Cell) -> str:
+def _counts_text(cell: Cell) -> str:
     counts = ", ".join(f"{name} {getattr(cell, name)}" for name in _COUNTS)
     return f"{counts}, {len(cell.au_roc_resamples)} resamples"
 

@@ -114,7 +114,7 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
         parts += [title, _differences(models)]
     if len(first.conditions) > 1:
         parts += ["## AU-ROC by condition of the sensors", _conditions(models)]
-        parts += ["## AU-ROC lost to each condition", _losses(models)]
+        parts += ["## AU-ROC lost to each condition", _declines(models)]
     parts += ["## Other scores, all scenarios, clean sensors", _others(models)]
     parts += ["## Cost of one prediction", _costs(models), "## Data", _data(first)]
     parts += [f"![{plot}]({plot})" for plot in plots]
@@ -153,10 +153,10 @@ def _differences(models: Sequence[Contestant]) -> str:
     return markdown_table(["model", *columns], rows)
 
 
-def _losses(models: Sequence[Contestant]) -> str:
+def _declines(models: Sequence[Contestant]) -> str:
     clean, *columns = models[0].runs[0].conditions
 
-    return _grid(models, columns, lambda m, c: m.loss(clean, c), higher_is_better=False)
+    return _grid(models, columns, lambda m, c: m.decline(clean, c), higher_is_better=False)
 
 
 def _others(models: Sequence[Contestant]) -> str:

@@ -99,7 +99,7 @@ class Contestant:
         """AU-ROC of this one less that of another, over the same resamples of recordings."""
         return _difference((self, scenario, condition), (other, scenario, condition))
 
-    def loss(self, clean: str, condition: str, scenario: str = ALL_SCENARIOS) -> Score:
+    def decline(self, clean: str, condition: str, scenario: str = ALL_SCENARIOS) -> Score:
         """AU-ROC under one condition less that under another, over the same resamples."""
         return _difference((self, scenario, clean), (self, scenario, condition))
 

@@ -59,8 +59,7 @@ def evaluate(
     rows = open_judged_split(checkpoint, dataset, split, conditions, every)
     checkpoint.model.to(chosen)
     latency = measure_latency(checkpoint, _first(rows))
-    told = progress or Silent()
-    predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, told)
+    predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, progress or Silent())
     cells = [
         cell
         for condition in conditions
@@ -118,13 +117,13 @@ def _recipe(checkpoint: Checkpoint) -> Any:
 Device = Literal["auto", "cpu", "cuda"]
 
 
-def choose_device(asked: Device) -> torch.device:
+def choose_device(device: Device) -> torch.device:
     """The device asked for; ``auto`` takes a GPU where there is one.
 
     Raises:
         ZooError: A GPU is asked for and there is none.
     """
     found = torch.cuda.is_available()
-    if asked == "cuda" and not found:
+    if device == "cuda" and not found:
         raise ZooError("device: cuda was asked for and torch finds none. Take auto or cpu.")
-    return torch.device("cuda" if found and asked != "cpu" else "cpu")
+    return torch.device("cuda" if found and device != "cpu" else "cpu")

@@ -11,7 +11,7 @@ from graspe_data.arrays import Floats
 from graspe_data.errors import ZooError
 from graspe_data.progress import Progress
 from model_zoo.augmentation import Condition, apply_condition
-from model_zoo.augmentation.settings import sensor_settings
+from model_zoo.augmentation.settings import settings_of_dataset
 from model_zoo.batches import Batch
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.judged_split import JudgedSplit
@@ -34,7 +34,7 @@ def predict_split(
         ZooError: The model predicts numbers that are not finite.
         ShardError: A shard is missing or damaged.
     """
-    settings = sensor_settings(split.dataset.index)
+    settings = settings_of_dataset(split.dataset.index)
     found: dict[str, list[Floats]] = {condition: [] for condition in conditions}
     progress.start("batches", -(-split.rows.size // batch_size))
     for done, batch in _batches(split, batch_size):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from graspe_data.bundle_contract import BundleContract, Tensor
+from graspe_data.bundle_contract import BundleContract, GraphTensor
 from model_zoo.export.parity import ParityReport
 
 _CARD = """\
@@ -83,7 +83,7 @@ def _rows(contract: BundleContract) -> Iterable[str]:
         yield from (_row(graph, tensor) for tensor in tensors)
 
 
-def _row(graph: str, tensor: Tensor) -> str:
+def _row(graph: str, tensor: GraphTensor) -> str:
     shape = ", ".join(map(str, tensor.shape))
     cells = (graph, tensor.name, tensor.dtype, f"({shape})", tensor.unit, tensor.frame)
     return f"| {' | '.join((*cells, tensor.meaning))} |"

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from graspe_data.bundle_contract import (
     Assumptions,
     BundleContract,
     Decision,
+    GraphTensor,
     ObservationContract,
-    Tensor,
     Thresholds,
     Tolerance,
 )
 from graspe_data.errors import ZooError
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.config import InputColumn
-from model_zoo.decision_rule import decision_weights
 from model_zoo.export.graphs import CANDIDATES, OPSET, OUTPUT
+
+DECAY = 0.95
+"""Of the weights of PAAD's steps."""
 
 
 def bundle_contract(
@@ -37,10 +42,10 @@ def bundle_contract(
         thresholds: Of the planner.
 
     Raises:
-        ZooError: As :func:`model_inputs`.
+        ZooError: As :func:`planner_inputs`.
     """
     config, model = checkpoint.config, checkpoint.model
-    inputs = model_inputs(checkpoint, assumptions.observation)
+    inputs = planner_inputs(checkpoint, assumptions.observation)
     several = CANDIDATES in model.candidate_columns
     return BundleContract(
         model=config.model,
@@ -49,11 +54,13 @@ def bundle_contract(
         step_s=assumptions.observation.horizon_step_s,
         encode_inputs=tuple(inputs[name] for name in model.scene_columns),
         features=tuple(
-            Tensor(name=name, dtype="float32", shape=shape, meaning="of encode, unchanged to score")
+            GraphTensor(
+                name=name, dtype="float32", shape=shape, meaning="of encode, unchanged to score"
+            )
             for name, shape in features.items()
         ),
         score_inputs=tuple(inputs[name] for name in model.candidate_columns),
-        output=Tensor(
+        output=GraphTensor(
             name=OUTPUT,
             dtype="float32",
             shape=("K" if several else 1, config.horizon),
@@ -74,7 +81,9 @@ def bundle_contract(
     )
 
 
-def model_inputs(checkpoint: Checkpoint, observation: ObservationContract) -> dict[str, Tensor]:
+def planner_inputs(
+    checkpoint: Checkpoint, observation: ObservationContract
+) -> dict[str, GraphTensor]:
     """The columns that a model reads, as a planner must derive them.
 
     Raises:
@@ -97,12 +106,21 @@ def temperature(checkpoint: Checkpoint) -> float:
     return 1.0 if calibration is None else calibration.temperature
 
 
-def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
+def decision_weights(horizon: int, decay: float = DECAY) -> NDArray[np.float64]:
+    """Weights of the steps, (T,), proportional to decay^i: nearer steps count more; they sum to 1.
+
+    Source: tianchenji/PAAD, rosnode/ad_paad.py.
+    """
+    weights = decay ** np.arange(horizon, dtype=np.float64)
+    return np.asarray(weights / weights.sum())
+
+
+def _inputs(observation: ObservationContract) -> dict[str, GraphTensor]:
     """Every column that a model may read, as a planner must derive it."""
     height, width = observation.picture_size
     points, history = observation.points, observation.history_steps
     tensors = (
-        Tensor(
+        GraphTensor(
             name="image",
             dtype="uint8",
             shape=(1, height, width, 3),
@@ -110,7 +128,7 @@ def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
             frame="camera",
             meaning="RGB, undistorted and resized",
         ),
-        Tensor(
+        GraphTensor(
             name="points",
             dtype="float32",
             shape=(1, points.sample.count, 3),
@@ -118,8 +136,8 @@ def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
             frame="base_link",
             meaning="front half of the cloud, sampled; NaN past point_count",
         ),
-        Tensor(name="point_count", dtype="int32", shape=(1,), unit="1", meaning="real points"),
-        Tensor(
+        GraphTensor(name="point_count", dtype="int32", shape=(1,), unit="1", meaning="real points"),
+        GraphTensor(
             name="laser_scan",
             dtype="float32",
             shape=(1, points.laser_scan.rays),
@@ -127,7 +145,7 @@ def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
             frame="base_link",
             meaning="least horizontal range, right to left; inf if none",
         ),
-        Tensor(
+        GraphTensor(
             name="velocity_history",
             dtype="float32",
             shape=(1, history, 2),
@@ -135,20 +153,20 @@ def _inputs(observation: ObservationContract) -> dict[str, Tensor]:
             frame="base_link",
             meaning="oldest first, last when the picture was taken",
         ),
-        Tensor(
+        GraphTensor(
             name=CANDIDATES,
             dtype="uint8",
             shape=("K", height, width),
             frame="camera",
             meaning="ground covered by the candidate's constant-velocity arc, 1 inside, else 0",
         ),
-        Tensor(name="r_img", dtype="float32", shape=(1,), unit="1", meaning="equation (2)"),
-        Tensor(name="r_point", dtype="float32", shape=(1,), unit="1", meaning="equation (5)"),
+        GraphTensor(name="r_img", dtype="float32", shape=(1,), unit="1", meaning="equation (2)"),
+        GraphTensor(name="r_point", dtype="float32", shape=(1,), unit="1", meaning="equation (5)"),
     )
     return {tensor.name: tensor for tensor in tensors}
 
 
-def _check(column: InputColumn, inputs: Mapping[str, Tensor], checkpoint: Checkpoint) -> None:
+def _check(column: InputColumn, inputs: Mapping[str, GraphTensor], checkpoint: Checkpoint) -> None:
     where = f"{checkpoint.folder / 'config.json'}: column {column.name}"
     tensor = inputs.get(column.name)
     if tensor is None:

@@ -13,7 +13,7 @@ from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import ZooError
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.export.graphs import CANDIDATES
-from model_zoo.export.scenes import Scene
+from model_zoo.export.scenes import SceneRow
 
 LEAST = 1e-5
 """Of the largest log-odds, or of 1: more than rounding makes of the same row, and far less than any
@@ -24,7 +24,7 @@ _CANDIDATES = 7
 def check_dependence(
     checkpoint: Checkpoint,
     contract: BundleContract,
-    scenes: Sequence[Scene],
+    scenes: Sequence[SceneRow],
     candidates: NDArray[np.uint8],
 ) -> None:
     """Refuse a model whose output is the same whatever it sees.
@@ -60,14 +60,14 @@ def _groups(columns: Mapping[str, NDArray[np.generic]]) -> list[tuple[str, ...]]
 def _expect_look(
     checkpoint: Checkpoint,
     contract: BundleContract,
-    scenes: Sequence[Scene],
+    scenes: Sequence[SceneRow],
     candidate: NDArray[np.uint8],
     group: tuple[str, ...],
 ) -> None:
     """Give the first scene a group's columns from the others: something must change."""
     first = scenes[0].columns
     swapped = [
-        Scene(scene.name, scene.kind, {**first, **{name: scene.columns[name] for name in group}})
+        SceneRow(scene.name, scene.kind, {**first, **{name: scene.columns[name] for name in group}})
         for scene in scenes
     ]
     differ = any(
@@ -87,7 +87,7 @@ def _different(candidates: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return candidates[places[:: max(1, len(places) // _CANDIDATES)][:_CANDIDATES]]
 
 
-def _log_odds(checkpoint: Checkpoint, scene: Scene, candidates: NDArray[np.uint8]) -> Floats:
+def _log_odds(checkpoint: Checkpoint, scene: SceneRow, candidates: NDArray[np.uint8]) -> Floats:
     """Of each candidate in a scene, (K, T)."""
     columns = {
         name: torch.from_numpy(np.repeat(column, len(candidates), axis=0))

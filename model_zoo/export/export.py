@@ -32,7 +32,7 @@ from graspe_data.whole_folder import replaced_folder
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.export.card import render_card
-from model_zoo.export.contract import bundle_contract, model_inputs, temperature
+from model_zoo.export.contract import bundle_contract, planner_inputs, temperature
 from model_zoo.export.dependence import check_dependence
 from model_zoo.export.graphs import export_graphs
 from model_zoo.export.parity import check_parity
@@ -100,9 +100,9 @@ def export_bundle(
         ShardError: The dataset is none, or damaged.
     """
     check_place(out)
-    loaded, told = load_checkpoint(checkpoint), progress or Silent()
+    loaded = load_checkpoint(checkpoint)
     assumptions = _assumptions(loaded, dataset)
-    inputs = model_inputs(loaded, assumptions.observation)
+    inputs = planner_inputs(loaded, assumptions.observation)
     bases = real_scenes(dataset, tuple(inputs)) if dataset else drawn_scenes([*inputs.values()])
     graphs = export_graphs(loaded.model, temperature(loaded), bases[0].observation())
     contract = bundle_contract(
@@ -111,7 +111,7 @@ def export_bundle(
     scenes = [*bases, *adverse_scenes(bases[0])]
     candidates = candidate_images(contract)
     check_dependence(loaded, contract, scenes, candidates)
-    parity = check_parity(loaded, graphs, contract, scenes, candidates, told)
+    parity = check_parity(loaded, graphs, contract, scenes, candidates, progress or Silent())
     files = {
         ENCODE_GRAPH: graphs.encode,
         SCORE_GRAPH: graphs.score,

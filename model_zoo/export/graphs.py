@@ -96,14 +96,14 @@ class _Score(nn.Module):
 @contextmanager
 def _quiet_torch() -> Iterator[None]:
     """Without torch's words on changes to come within itself, and on torchvision's absence."""
-    told = logging.getLogger("torch.onnx")
-    level = told.level
-    told.setLevel(logging.ERROR)
+    logger = logging.getLogger("torch.onnx")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
     try:
         with warnings.catch_warnings(action="ignore"):
             yield
     finally:
-        told.setLevel(level)
+        logger.setLevel(level)
 
 
 def _export(

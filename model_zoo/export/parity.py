@@ -19,7 +19,7 @@ from graspe_data.manifest import Settings
 from graspe_data.progress import Progress
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.export.graphs import CANDIDATES, Graphs
-from model_zoo.export.scenes import Columns, Kind, Scene
+from model_zoo.export.scenes import Columns, Kind, SceneRow
 
 COUNTS = (1, 2, 7, 100)
 """Candidates scored at once in the first scene; in the others it is ``USUAL_COUNT`` of them."""
@@ -67,7 +67,7 @@ def check_parity(
     checkpoint: Checkpoint,
     graphs: Graphs,
     contract: BundleContract,
-    scenes: Sequence[Scene],
+    scenes: Sequence[SceneRow],
     candidates: NDArray[np.uint8],
     progress: Progress,
 ) -> Parity:
@@ -130,12 +130,12 @@ class _Runtime:
             {tensor.name: columns[tensor.name] for tensor in contract.encode_inputs},
         )
         features = zip((tensor.name for tensor in contract.features), encoded, strict=True)
-        rest = {tensor.name: columns[tensor.name] for tensor in contract.score_inputs}
-        (success,) = self._score.run([contract.output.name], {**dict(features), **rest})
+        own = {tensor.name: columns[tensor.name] for tensor in contract.score_inputs}
+        (success,) = self._score.run([contract.output.name], {**dict(features), **own})
         return np.asarray(success, np.float32)
 
 
-def _cases(scenes: Sequence[Scene], contract: BundleContract) -> Iterator[tuple[Scene, int]]:
+def _cases(scenes: Sequence[SceneRow], contract: BundleContract) -> Iterator[tuple[SceneRow, int]]:
     for place, scene in enumerate(scenes):
         counts = COUNTS if place == 0 else (USUAL_COUNT,)
         yield from ((scene, count) for count in (counts if contract.uses_candidates else (1,)))
@@ -156,7 +156,7 @@ def _predicted(checkpoint: Checkpoint, scene: Columns, candidates: NDArray[np.ui
     return np.concatenate(parts)
 
 
-def _case(scene: Scene, count: int, expected: Floats32, found: Floats32) -> Case:
+def _case(scene: SceneRow, count: int, expected: Floats32, found: Floats32) -> Case:
     same = expected.shape == found.shape and np.isfinite(found).all()
     difference = float(np.abs(found - expected).max()) if same else 1.0
     return Case(scene=scene.name, kind=scene.kind, candidates=count, difference=difference)

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import BundleContract, SensorPose, Tensor
+from graspe_data.bundle_contract import BundleContract, GraphTensor, SensorPose
 from graspe_data.errors import ZooError
 from graspe_data.geometry import Transform
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
@@ -28,7 +28,7 @@ _FARTHEST = 10.0
 
 
 @dataclass(frozen=True)
-class Scene:
+class SceneRow:
     """One row's columns, each with a leading axis of 1."""
 
     name: str
@@ -40,7 +40,7 @@ class Scene:
         return {name: torch.from_numpy(np.asarray(c)) for name, c in self.columns.items()}
 
 
-def real_scenes(dataset: Path, columns: tuple[str, ...]) -> list[Scene]:
+def real_scenes(dataset: Path, columns: tuple[str, ...]) -> list[SceneRow]:
     """Rows spread over the first of the splits test, validation, train that has any.
 
     Args:
@@ -58,22 +58,22 @@ def real_scenes(dataset: Path, columns: tuple[str, ...]) -> list[Scene]:
     rows = Dataset(dataset, split, columns, check="sha256")
     places = np.unique(np.linspace(0, len(rows) - 1, SCENES).astype(np.int64)).tolist()
     return [
-        Scene(f"{split}_{place}", "real", {k: v[None] for k, v in rows.row(place).items()})
+        SceneRow(f"{split}_{place}", "real", {k: v[None] for k, v in rows.row(place).items()})
         for place in places
     ]
 
 
-def drawn_scenes(inputs: Sequence[Tensor]) -> list[Scene]:
+def drawn_scenes(inputs: Sequence[GraphTensor]) -> list[SceneRow]:
     """Scenes of noise within what sensors give, for want of real ones; always the same.
 
     Args:
         inputs: Of the model; a candidate is one that is not in the picture.
     """
     draw = np.random.default_rng(0)
-    return [Scene(f"drawn_{k}", "drawn", _drawn(inputs, draw)) for k in range(SCENES)]
+    return [SceneRow(f"drawn_{k}", "drawn", _drawn(inputs, draw)) for k in range(SCENES)]
 
 
-def adverse_scenes(scene: Scene) -> list[Scene]:
+def adverse_scenes(scene: SceneRow) -> list[SceneRow]:
     """A scene with what fails on robots; those that change nothing of the model's are left out."""
     columns = scene.columns
     changes: dict[str, dict[str, float]] = {
@@ -85,7 +85,7 @@ def adverse_scenes(scene: Scene) -> list[Scene]:
         "standing": {"velocity_history": 0},
     }
     return [
-        Scene(name, "adverse", {**columns, **_filled(columns, change)})
+        SceneRow(name, "adverse", {**columns, **_filled(columns, change)})
         for name, change in changes.items()
         if change.keys() & columns.keys()
     ]
@@ -99,7 +99,7 @@ def _filled(columns: Columns, change: Mapping[str, float]) -> Columns:
     }
 
 
-def _drawn(inputs: Sequence[Tensor], draw: np.random.Generator) -> Columns:
+def _drawn(inputs: Sequence[GraphTensor], draw: np.random.Generator) -> Columns:
     sizes = {
         tensor.name: tuple(1 if size == "K" else size for size in tensor.shape) for tensor in inputs
     }

@@ -16,7 +16,7 @@ from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, SuccessModel
 from model_zoo.labels import MASK, SUCCESS, check_binary
 
-IMAGE, OUTCOME, ASKED = CANDIDATE_COLUMNS = (
+CANDIDATE_IMAGE, CANDIDATE_SUCCESS, CANDIDATE_MASK = CANDIDATE_COLUMNS = (
     "candidate_image",
     "candidate_success",
     "candidate_mask",
@@ -50,11 +50,14 @@ def check_candidates(folder: Path, split: str, number: int, horizon: int) -> Non
             neither 0 nor 1.
         ShardError: The columns are damaged.
     """
-    rows = Dataset(folder, split, (OUTCOME, ASKED), check="sha256")
+    rows = Dataset(folder, split, (CANDIDATE_SUCCESS, CANDIDATE_MASK), check="sha256")
     declared = {column.name: column for column in rows.index.columns}
-    known = declared[ASKED].shape[0]
+    known = declared[CANDIDATE_MASK].shape[0]
     _check_number(known, number)
-    expected = {OUTCOME: (known, horizon), IMAGE: (known, *declared[DRIVEN].shape)}
+    expected = {
+        CANDIDATE_SUCCESS: (known, horizon),
+        CANDIDATE_IMAGE: (known, *declared[DRIVEN].shape),
+    }
     for name, shape in expected.items():
         if declared[name].shape != shape:
             raise ZooError(
@@ -62,8 +65,10 @@ def check_candidates(folder: Path, split: str, number: int, horizon: int) -> Non
                 "one for each candidate, as those of the driven trajectory. Build it again."
             )
     arrays = rows.batch(np.arange(len(rows)))
-    judged = arrays[ASKED].astype(bool)[:, :, None]
-    check_binary(arrays[OUTCOME], judged, f"{folder}: split {split!r}: {OUTCOME}")
+    judged = arrays[CANDIDATE_MASK].astype(bool)[:, :, None]
+    check_binary(
+        arrays[CANDIDATE_SUCCESS], judged, f"{folder}: split {split!r}: {CANDIDATE_SUCCESS}"
+    )
 
 
 def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:
@@ -72,7 +77,7 @@ def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:
     Raises:
         ZooError: The rows have fewer.
     """
-    rows, known = batch[ASKED].shape
+    rows, known = batch[CANDIDATE_MASK].shape
     _check_number(known, number)
     drawn = np.random.default_rng([seed, step, 0, 3]).random((rows, known)).argsort(axis=1)
     kept, row = torch.from_numpy(drawn[:, :number].copy()), torch.arange(rows)[:, None]
@@ -87,10 +92,10 @@ def join_candidates(batch: Batch) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         share of each in its row's weight: a half for the driven one, a half for all others, times
         1 + K, so that their mean is 1.
     """
-    images = torch.cat([batch[DRIVEN][:, None], batch[IMAGE]], dim=1)
-    success = torch.cat([batch[SUCCESS][:, None], batch[OUTCOME]], dim=1).float()
-    asked = batch[ASKED].bool()[:, :, None].expand(-1, -1, success.shape[2])
-    mask = torch.cat([batch[MASK].bool()[:, None], asked], dim=1)
+    images = torch.cat([batch[DRIVEN][:, None], batch[CANDIDATE_IMAGE]], dim=1)
+    success = torch.cat([batch[SUCCESS][:, None], batch[CANDIDATE_SUCCESS]], dim=1).float()
+    judged = batch[CANDIDATE_MASK].bool()[:, :, None].expand(-1, -1, success.shape[2])
+    mask = torch.cat([batch[MASK].bool()[:, None], judged], dim=1)
     rows, number = images.shape[:2]
     share = success.new_full((rows, number), number / (2 * (number - 1)))
     share[:, 0] = number / 2

@@ -13,7 +13,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
-from model_zoo.augmentation.settings import sensor_settings
+from model_zoo.augmentation.settings import settings_of_dataset
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.checkpoints.lineage import Lineage
@@ -96,8 +96,8 @@ def open_data(
 
 
 def _preparation(index: DatasetIndex, recipe: Recipe) -> Preparation:
-    asked = recipe.augmentation
-    augmentation = None if asked is None else sensor_settings(index, asked)
+    given = recipe.augmentation
+    augmentation = None if given is None else settings_of_dataset(index, given)
     return Preparation(augmentation, recipe.seed, recipe.candidates)
 
 

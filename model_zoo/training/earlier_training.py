@@ -55,8 +55,8 @@ def is_kept(folder: Path, identity: Identity, *, has_state: bool) -> bool:
 def _fault(folder: Path, identity: Identity) -> str:
     """What is wrong with the checkpoint, or nothing."""
     try:
-        config, told = read_description(folder)
-        recipe = validate(told, Recipe, str(folder / "recipe.yaml"))
+        config, stored = read_description(folder)
+        recipe = validate(stored, Recipe, str(folder / "recipe.yaml"))
     except (ZooError, ManifestError) as error:
         return str(error).rstrip(".")
     then = Identity(

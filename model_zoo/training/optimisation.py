@@ -12,7 +12,7 @@ from torch import Tensor, nn
 from model_zoo.batches import Batch
 from model_zoo.contract import DRIVEN, Observation, SuccessModel
 from model_zoo.labels import MASK, SUCCESS
-from model_zoo.training.candidates import ASKED, join_candidates, ranking_loss
+from model_zoo.training.candidates import CANDIDATE_MASK, join_candidates, ranking_loss
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.rows import RowWeights
 
@@ -98,7 +98,7 @@ class Optimisation:
     def _arguments(self, batch: Batch) -> tuple[Observation, Tensor, Tensor, Tensor]:
         """The model's columns alone, labels, mask and weights."""
         observation = {name: batch[name] for name in self.model.columns}
-        if ASKED not in batch:
+        if CANDIDATE_MASK not in batch:
             success, mask = batch[SUCCESS].float(), batch[MASK].bool()
             return observation, success, mask, self._weights.of(success, mask)
         observation[DRIVEN], success, mask, share = join_candidates(batch)

@@ -9,7 +9,7 @@ from model_zoo.augmentation.augment import augment, check_lidar_may_fail, column
 from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.settings import AugmentationSettings
 from model_zoo.batches import Batch
-from model_zoo.training.candidates import ASKED, draw_candidates
+from model_zoo.training.candidates import CANDIDATE_MASK, draw_candidates
 from model_zoo.training.rows import MIRRORED
 
 _WHOLE_LIDAR = (
@@ -38,7 +38,7 @@ class Preparation:
             batch: Columns of the same rows.
             number: Of the batch, its own among those of all ranks.
         """
-        if ASKED in batch:
+        if CANDIDATE_MASK in batch:
             batch = draw_candidates(batch, self.candidates, self.seed, number)
         if MIRRORED in batch:
             marked = batch[MIRRORED]

@@ -93,7 +93,7 @@ class Reporter:
         """
         self._fabric, self._progress, self._state, self._steps = fabric, progress, state, steps
         self._before = state.step
-        self._started = self._told = time.monotonic()
+        self._started = self._reported = time.monotonic()
 
     def step(self, watch: Stopwatch) -> None:
         """A step is done: tell it if the last report is old enough, or it is the last step.
@@ -102,9 +102,9 @@ class Reporter:
             ZooError: The training has diverged.
         """
         now, state = time.monotonic(), self._state
-        if now - self._told < REPORT_EVERY_S and state.step < self._steps:
+        if now - self._reported < REPORT_EVERY_S and state.step < self._steps:
             return
-        self._told = now
+        self._reported = now
         means = state.means.means()
         pace = (now - self._started) / (state.step - self._before)
         rate = self.rate(watch)

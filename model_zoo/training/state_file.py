@@ -69,8 +69,8 @@ class StateFile:
             **prefixed("best", state.best),
             **optimiser_tensors(optimiser),
         }
-        told = counts.model_dump_json()
-        described = {"counts": told, "sha256": state_digest(told, tensors)}
+        counted = counts.model_dump_json()
+        described = {"counts": counted, "sha256": state_digest(counted, tensors)}
         content = safetensors.torch.save(tensors, described)
         write_atomically(self.path, [content], ZooError)
 

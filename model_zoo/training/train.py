@@ -169,8 +169,8 @@ def _train(
     state = trainer.run()
     model.load_state_dict(state.best)
     calibration = publish(fabric, model, data, identity, state, checkpoint, progress)
-    told = summarise(state, recipe, trainer.steps, calibration)
-    progress.finish(f"{told}; {checkpoint}")
+    summary = summarise(state, recipe, trainer.steps, calibration)
+    progress.finish(f"{summary}; {checkpoint}")
     return checkpoint
 
 

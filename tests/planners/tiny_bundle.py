@@ -21,10 +21,10 @@ from graspe_data.bundle_contract import (
     SCORE_GRAPH,
     BundleContract,
     Decision,
+    GraphTensor,
     ObservationContract,
     RobotContract,
     SensorPose,
-    Tensor,
 )
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.observe_points import PointObservationSettings
@@ -40,14 +40,14 @@ HEIGHT, WIDTH, STEPS, HISTORY, POINTS = 24, 32, 10, 20, 400
 _TYPES = {"uint8": TensorProto.UINT8, "int32": TensorProto.INT32, "float32": TensorProto.FLOAT}
 
 ENCODE_INPUTS = (
-    Tensor(name="image", dtype="uint8", shape=(1, HEIGHT, WIDTH, 3)),
-    Tensor(name="points", dtype="float32", shape=(1, POINTS, 3)),
-    Tensor(name="velocity_history", dtype="float32", shape=(1, HISTORY, 2)),
+    GraphTensor(name="image", dtype="uint8", shape=(1, HEIGHT, WIDTH, 3)),
+    GraphTensor(name="points", dtype="float32", shape=(1, POINTS, 3)),
+    GraphTensor(name="velocity_history", dtype="float32", shape=(1, HISTORY, 2)),
 )
-FEATURES = (Tensor(name="brightness", dtype="float32", shape=(1, 1)),)
+FEATURES = (GraphTensor(name="brightness", dtype="float32", shape=(1, 1)),)
 SCORE_INPUTS = (
-    Tensor(name="trajectory_image", dtype="uint8", shape=("K", HEIGHT, WIDTH)),
-    Tensor(name="r_point", dtype="float32", shape=(1,)),
+    GraphTensor(name="trajectory_image", dtype="uint8", shape=("K", HEIGHT, WIDTH)),
+    GraphTensor(name="r_point", dtype="float32", shape=(1,)),
 )
 
 
@@ -63,7 +63,7 @@ def tiny_contract(
         encode_inputs=ENCODE_INPUTS,
         features=FEATURES,
         score_inputs=SCORE_INPUTS if uses_candidates else (),
-        output=Tensor(
+        output=GraphTensor(
             name="success", dtype="float32", shape=("K" if uses_candidates else 1, STEPS)
         ),
         uses_candidates=uses_candidates,
@@ -131,7 +131,7 @@ def encode_graph(name: str = "brightness") -> bytes:
         "one": np.array(1, np.float32),
         "shape": np.array([1, 1], np.int64),
     }
-    output = Tensor(name=name, dtype="float32", shape=(1, 1))
+    output = GraphTensor(name=name, dtype="float32", shape=(1, 1))
     return _model(nodes, constants, ENCODE_INPUTS, [output])
 
 
@@ -157,7 +157,7 @@ def score_graph() -> bytes:
         "zero": np.array(0, np.float32),
         "steps": np.ones((1, STEPS), np.float32),
     }
-    output = Tensor(name="success", dtype="float32", shape=("K", STEPS))
+    output = GraphTensor(name="success", dtype="float32", shape=("K", STEPS))
     return _model(nodes, constants, (*FEATURES, *SCORE_INPUTS), [output])
 
 
@@ -165,7 +165,7 @@ def scene_graph() -> bytes:
     """Brightness, whatever the candidate."""
     nodes = [helper.make_node("Mul", ["brightness", "steps"], ["success"])]
     constants = {"steps": np.ones((1, STEPS), np.float32)}
-    output = Tensor(name="success", dtype="float32", shape=(1, STEPS))
+    output = GraphTensor(name="success", dtype="float32", shape=(1, STEPS))
     return _model(nodes, constants, FEATURES, [output])
 
 
@@ -211,8 +211,8 @@ def _robot(robot: Robot, calibration: Calibration) -> RobotContract:
 def _model(
     nodes: Sequence[Any],
     constants: dict[str, Any],
-    inputs: Sequence[Tensor],
-    outputs: Sequence[Tensor],
+    inputs: Sequence[GraphTensor],
+    outputs: Sequence[GraphTensor],
 ) -> bytes:
     graph = helper.make_graph(
         nodes,
@@ -226,5 +226,5 @@ def _model(
     return bytes(model.SerializeToString())
 
 
-def _value(tensor: Tensor) -> Any:
+def _value(tensor: GraphTensor) -> Any:
     return helper.make_tensor_value_info(tensor.name, _TYPES[tensor.dtype], list(tensor.shape))

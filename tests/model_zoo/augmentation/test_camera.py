@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from model_zoo.augmentation.camera import expose, light_of, meter, motion_blur, picture_of
-from model_zoo.augmentation.settings import SensorSettings
+from model_zoo.augmentation.settings import ExposureSettings
 
 LEVELS = np.arange(256, dtype=np.uint8)[:, None, None].repeat(3, axis=2)
 
@@ -56,7 +56,7 @@ def test_an_even_picture_stays() -> None:
     assert np.allclose(motion_blur(even, 12, 1.0), even, atol=1e-6)
 
 
-SENSOR = SensorSettings(denoising=0)
+SENSOR = ExposureSettings(denoising=0)
 
 
 def even(light: float) -> np.ndarray[tuple[int, int, int], np.dtype[np.float32]]:
@@ -87,5 +87,5 @@ def test_noise_is_that_of_counted_and_read_electrons(light: float) -> None:
 
 def test_smoothing_takes_noise_away() -> None:
     loud = expose(even(0.01), 8.0, SENSOR, np.random.default_rng(0))
-    smooth = expose(even(0.01), 8.0, SensorSettings(), np.random.default_rng(0))
+    smooth = expose(even(0.01), 8.0, ExposureSettings(), np.random.default_rng(0))
     assert smooth.std() < 0.4 * loud.std()

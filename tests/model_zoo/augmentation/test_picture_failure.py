@@ -6,7 +6,7 @@ import pytest
 
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
 from model_zoo.augmentation.picture_failure import PictureFailure, retake
-from model_zoo.augmentation.settings import SensorSettings
+from model_zoo.augmentation.settings import ExposureSettings
 
 ROUGH = np.random.default_rng(0).integers(0, 256, (120, 160, 3)).astype(np.uint8)
 PICTURE = np.asarray(cv2.GaussianBlur(ROUGH, (0, 0), 0.8), np.uint8)
@@ -15,7 +15,7 @@ PICTURE = np.asarray(cv2.GaussianBlur(ROUGH, (0, 0), 0.8), np.uint8)
 def taken(
     failure: PictureFailure, seed: int = 0
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    return retake(PICTURE, failure, SensorSettings(), np.random.default_rng(seed))
+    return retake(PICTURE, failure, ExposureSettings(), np.random.default_rng(seed))
 
 
 def reliability(picture: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> float:
@@ -51,4 +51,4 @@ def test_all_at_once_leave_nearly_black() -> None:
 def test_a_black_picture_can_fail_too() -> None:
     black = np.zeros((40, 40, 3), np.uint8)
     failure = PictureFailure(light=0.1, blur_length=5, covered=0.5)
-    assert retake(black, failure, SensorSettings(), np.random.default_rng(0)).mean() < 5
+    assert retake(black, failure, ExposureSettings(), np.random.default_rng(0)).mean() < 5

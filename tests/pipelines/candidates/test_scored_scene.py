@@ -13,7 +13,7 @@ import pytest
 from matplotlib.image import imread
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import Tensor
+from graspe_data.bundle_contract import GraphTensor
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
 from pipelines.build import build_dataset
@@ -32,12 +32,12 @@ class FearsTheLeft:
     contract: Any = field(
         default_factory=lambda: SimpleNamespace(
             model="fearful",
-            encode_inputs=(Tensor(name="image", dtype="uint8", shape=(1, 60, 80, 3)),),
-            features=(Tensor(name="light", dtype="float32", shape=(1, 1)),),
+            encode_inputs=(GraphTensor(name="image", dtype="uint8", shape=(1, 60, 80, 3)),),
+            features=(GraphTensor(name="light", dtype="float32", shape=(1, 1)),),
             score_inputs=(
-                Tensor(name="light", dtype="float32", shape=(1, 1)),
-                Tensor(name="trajectory_image", dtype="uint8", shape=("K", 60, 80)),
-                Tensor(name="r_img", dtype="float32", shape=(1,)),
+                GraphTensor(name="light", dtype="float32", shape=(1, 1)),
+                GraphTensor(name="trajectory_image", dtype="uint8", shape=("K", 60, 80)),
+                GraphTensor(name="r_img", dtype="float32", shape=(1,)),
             ),
             decision=SimpleNamespace(acceptance=0.5),
         )
