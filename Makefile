@@ -5,11 +5,15 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 MANIFEST ?= graspe
 WORKERS ?= 2
+# What takes long, or needs whole recordings and trainings, is left out of `make test-fast`.
+FAST := tests/test_rooms.py tests/test_architecture.py tests/graspe_data/test_*.py \
+  tests/graspe_data/observation tests/graspe_data/shards tests/model_zoo/layers tests/model_zoo/test_*.py \
+  tests/planners
 # What pip needs to build the package itself comes in the tested versions too.
 export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
-.PHONY: help setup system demo test lint format bench soak dataset field zoo export clean
+.PHONY: help setup system demo test test-fast docs lint format bench soak dataset field zoo export clean
 
 help:
 	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
@@ -18,6 +22,7 @@ help:
 	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES) a world)"
 	@echo "make zoo DATA=... OUT=...         every model under one budget (RECIPE=$(RECIPE), PRESET=$(PRESET), SEEDS=$(SEEDS))"
 	@echo "make export CHECKPOINT=... OUT=... a bundle for planners (DATA=dataset tries it on real rows)"
+	@echo "make test-fast | docs              the quick half of the suite; the site"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
 
 system:
@@ -38,6 +43,13 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST)
+
+test-fast: setup
+	$(BIN)/python -m pytest -q -n $(WORKERS) $(FAST) $(PYTEST)
+
+docs: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.txt -e '.[docs]'
+	$(BIN)/mkdocs build --strict --quiet
 
 lint: setup
 	$(BIN)/ruff check .
