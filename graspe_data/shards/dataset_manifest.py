@@ -73,6 +73,16 @@ class RecordingEntry(Settings):
     stages: Mapping[str, str] = {}
     details: Mapping[str, JsonValue] = {}
 
+    @property
+    def findings(self) -> list[tuple[str, str]]:
+        """Course and text of each agreement and disagreement of its sources; none in old ones."""
+        findings = self.details.get("findings")
+        return [
+            (str(finding.get("course", "")), str(finding.get("text", "")))
+            for finding in (findings if isinstance(findings, list) else [])
+            if isinstance(finding, dict)
+        ]
+
 
 class DatasetIndex(Settings):
     """The content of ``dataset.json``.

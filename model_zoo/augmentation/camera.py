@@ -58,11 +58,14 @@ def motion_blur(light: Light, length: float, angle: float) -> Light:
 
 def _line(length: float, angle: float) -> NDArray[np.float32]:
     """A line through the middle of an odd square, its points shared among four pixels each."""
+    # A square with room for the line at any angle, and for the neighbours of its ends.
     middle = math.ceil(length / 2) + 1
     kernel = np.zeros((2 * middle + 1, 2 * middle + 1), np.float32)
+    # Points evenly along the line, from the middle of the first part to that of the last.
     number = max(1, math.ceil(length * _SAMPLES))
     along = (np.arange(number) + 0.5) / number * length - length / 2
     u, v = middle + along * math.cos(angle), middle + along * math.sin(angle)
+    # Each point gives to the four pixels around it by how near it is to them.
     column, row = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
     right, below = u - column, v - row
     for down, weight_v in ((0, 1 - below), (1, below)):
@@ -85,8 +88,10 @@ def meter(light: Light, target: float, gain_limit: float) -> float:
         target: Mean aimed at.
         gain_limit: Highest amplification.
     """
+    # A pixel in sixteen is enough for a mean and a quantile.
     sparse = light[::_METERED_EACH, ::_METERED_EACH].mean(axis=2)
     bright = max(float(np.quantile(sparse, 1.0 - _HIGHLIGHTS)), 1e-9)
+    # What the mean needs, but no more than leaves the highlights below white.
     gain = min(target / max(float(sparse.mean()), 1e-9), 1.0 / bright)
     return float(np.clip(gain, 1.0, gain_limit))
 
@@ -105,10 +110,12 @@ def expose(
         sensor: Electrons and noise.
         generator: Draws the noise.
     """
+    # Electrons, with the shot noise of their number and the noise of reading them.
     electrons = np.maximum(light, 0) * np.float32(sensor.full_well)
     noise = generator.standard_normal(light.shape, np.float32)
     noise *= np.sqrt(electrons + np.float32(sensor.read_noise**2))
     electrons += noise
+    # Amplified into the picture, and smoothed the more the higher the gain.
     electrons *= np.float32(gain / sensor.full_well)
     sigma = sensor.denoising * float(np.log2(gain))
     if sigma <= _FAINTEST_SMOOTHING:

@@ -29,10 +29,13 @@ def cover_lens(light: Light, share: float, generator: np.random.Generator) -> Li
         share: Of the picture that is covered; 1 leaves nothing of it.
         generator: Draws shape and colours.
     """
+    # Where the cover is: where a smooth field of noise is above what hides the share asked for.
     blobs, colour = _blobs(generator), _blobs(generator)[..., None]
     mask = _fade(blobs, _threshold(blobs[::2, ::2], share))[..., None]
+    # Its colour between leaf and earth, lit by what comes in beside it and through it.
     tint = np.array(_GREEN, np.float32) * (1 - colour) + np.array(_BROWN, np.float32) * colour
     glow = float(light.mean()) * (_STRAY * (1.0 - float(mask.mean())) + _SEEPING)
+    # From the coarse grid to the picture: covered light is lost, the cover's own is added.
     height, width = light.shape[:2]
     added = _fit(mask * tint * np.float32(glow), height, width)
     covered: Light = light * (1 - _fit(mask, height, width))[..., None]

@@ -57,6 +57,7 @@ def late_history(history: Tensor, lag: NDArray[np.int64]) -> Tensor:
         history: m/s and rad/s.
         lag: Steps of the history, (B,); 0 changes nothing.
     """
+    # Step i is step i - lag of the true history; before its begin the first is held.
     steps = torch.arange(history.shape[1])[None] - torch.from_numpy(lag)[:, None]
     return history.gather(1, steps.clamp(min=0)[:, :, None].expand(-1, -1, history.shape[2]))
 

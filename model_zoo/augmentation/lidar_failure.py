@@ -74,6 +74,7 @@ def lose_rays(
         settings: The angle that it covers and its least range.
         generator: Draws which.
     """
+    # Rays lie at the middles of equal steps of azimuth, from right to left.
     left, way = _fate(len(scan), failure, generator)
     step = 2 * settings.half_angle / len(scan)
     azimuth = (np.arange(len(scan)) + 0.5) * step - settings.half_angle
@@ -101,6 +102,7 @@ def _fate(
     """Which of so many returns are left of thinning, and the share of the way of each."""
     if failure.thinned == failure.scattered == 0.0:
         return np.ones(number, np.bool_), np.ones(number, np.float32)
+    # Three draws a return: whether it is lost, whether it is scattered, and how near it then is.
     lost, nearer, where = generator.random((3, number), np.float32)
     way = np.float32(_NEAREST) + where * np.float32(_FARTHEST - _NEAREST)
     return lost >= failure.thinned, np.where(nearer < failure.scattered, way, np.float32(1))
@@ -113,6 +115,8 @@ def _in_sector(
         return np.ones(len(x), np.bool_)
     if failure.sector_width <= 0:
         return np.zeros(len(x), np.bool_)
+    # Within the sector is who lies no more than half its width off its middle: by the cosine of
+    # that angle, without computing it.
     towards = x * math.cos(failure.sector_middle) + y * math.sin(failure.sector_middle)
     within: NDArray[np.bool_] = towards > math.cos(failure.sector_width / 2) * np.hypot(x, y)
     return within

@@ -116,11 +116,14 @@ def fit_temperature(
 
 def _minimum(z: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     """The temperature of the least loss; a bound where the loss falls towards it."""
-    low, high = np.log(1 / HOTTEST), np.log(1 / COLDEST)
+    # The scale is 1 / temperature. The loss is convex in it, so its slope has one zero at most;
+    # a slope of one sign from bound to bound has none.
     if _slope(z, y, 1 / COLDEST) <= 0:
         return COLDEST
     if _slope(z, y, 1 / HOTTEST) >= 0:
         return HOTTEST
+    # Bisection between the bounds, on the logarithm of the scale.
+    low, high = np.log(1 / HOTTEST), np.log(1 / COLDEST)
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         falling = _slope(z, y, np.exp(middle)) < 0

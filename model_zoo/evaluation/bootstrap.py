@@ -63,15 +63,18 @@ def _au_roc(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     The area is the share of such pairs (Mann and Whitney), ties half: a quadratic form in the
     recordings' weights.
     """
+    # Successes from the least likely up, and the recording of each.
     order = np.argsort(p[y], kind="stable")
     successes, of = p[y][order], owner[y][order]
     count = weights.shape[1]
+    # pairs[r, q]: pairs of a success of recording r above a failure of recording q; ties are half.
     pairs = np.zeros((count, count))
     for failing in np.unique(owner[~y]):
         failures = np.sort(p[~y & (owner == failing)])
         below = np.searchsorted(failures, successes, "left")
         tied_or_below = np.searchsorted(failures, successes, "right")
         pairs[:, failing] = np.bincount(of, (below + tied_or_below) / 2, count)
+    # A resample that has r w_r times and q w_q times has each of their pairs w_r w_q times.
     possible = (weights @ np.bincount(of, minlength=count)) * (
         weights @ np.bincount(owner[~y], minlength=count)
     )
@@ -81,8 +84,10 @@ def _au_roc(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
 
 def _average_precision(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     """Sum of precision times the gain in recall, over thresholds from the highest down."""
+    # From the most likely down, so that sums to a place are of what lies above a threshold there.
     order = np.argsort(-p, kind="stable")
     y, owner = y[order], owner[order]
+    # Equal predictions are taken together: a threshold stands after the last of them.
     ends = np.flatnonzero(np.append(np.diff(p[order]) != 0, p.size > 0))
 
     def one(weight: Floats) -> float:
@@ -91,6 +96,7 @@ def _average_precision(p: Floats, y: Mask, owner: Indices, weights: Floats) -> F
         precision = np.divide(hits, taken, out=np.zeros_like(hits), where=taken > 0)
         return float(np.sum(np.diff(hits, prepend=0) * precision) / hits[-1])
 
+    # A resample without a success, or without a failure, has no score.
     undefined = (weights @ _by_recording(y, owner, weights) == 0) | (
         weights @ _by_recording(~y, owner, weights) == 0
     )
@@ -105,9 +111,11 @@ def _brier(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
 
 def _calibration_error(p: Floats, y: Mask, owner: Indices, weights: Floats) -> Floats:
     bins = calibration_bin(p)
+    # gaps[r, b]: sum of probability less label over what recording r has in bin b.
     cells = owner * CALIBRATION_BINS + bins
     count = weights.shape[1]
     gaps = np.bincount(cells, p - y, count * CALIBRATION_BINS).reshape(count, -1)
+    # In a resample the gaps of a bin add up over its recordings before their size is taken.
     judged = weights @ _by_recording(y >= 0, owner, weights)
     found: Floats = np.abs(weights @ gaps).sum(axis=1) / judged
     return found

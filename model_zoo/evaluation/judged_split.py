@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.arrays import Mask
+from graspe_data.arrays import Indices, Mask
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
@@ -41,10 +41,10 @@ class JudgedSplit:
     """
 
     dataset: Dataset
-    rows: NDArray[np.int64]
+    rows: Indices
     success: Mask
     mask: Mask
-    recording: NDArray[np.int64]
+    recording: Indices
     scenarios: tuple[str, ...]
 
 
@@ -71,21 +71,10 @@ def open_judged_split(
     _check_lineage(checkpoint, index, split, path)
     labels = Dataset(path, split, _LABELS, check="sha256")
     columns = labels.batch(np.arange(len(labels)))
-    mask = columns["success_mask"].astype(bool)
-    check_binary(columns["success"], mask, f"{path}: split {split!r}: success")
-    rows = np.flatnonzero(mask.any(axis=1)).astype(np.int64, copy=False)
-    if not rows.size:
-        raise ZooError(
-            f"{path}: none of the {len(labels)} rows of the split {split!r} has a judged step, so "
-            "there is nothing to score. Label its recordings and build the dataset again."
-        )
     _check_recordings(columns["recording"], index, split, path)
-    stamps = (
-        Dataset(path, split, ("stamp_ns",), check="sha256").batch(rows)["stamp_ns"]
-        if every > 1
-        else None
-    )
-    if stamps is not None:
+    rows = _judged_rows(columns, f"{path}: split {split!r}")
+    if every > 1:
+        stamps = Dataset(path, split, ("stamp_ns",), check="sha256").batch(rows)["stamp_ns"]
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
     names = _columns(checkpoint, index, conditions, path)
     check_values(Dataset(path, split, checkpoint.model.columns))
@@ -93,17 +82,30 @@ def open_judged_split(
         dataset=Dataset(path, split, names, check="sha256"),
         rows=rows,
         success=columns["success"].astype(bool)[rows],
-        mask=mask[rows],
+        mask=columns["success_mask"].astype(bool)[rows],
         recording=columns["recording"].astype(np.int64)[rows],
         scenarios=tuple(_scenario(entry) for entry in index.recordings),
     )
 
 
-def _thinned(
-    rows: NDArray[np.int64], recording: NDArray[Any], stamp_ns: NDArray[Any], every: int
-) -> NDArray[np.int64]:
+def _judged_rows(columns: Mapping[str, NDArray[Any]], where: str) -> Indices:
+    """The rows that have a judged step, in order."""
+    mask = columns["success_mask"].astype(bool)
+    check_binary(columns["success"], mask, f"{where}: success")
+    rows = np.flatnonzero(mask.any(axis=1)).astype(np.int64, copy=False)
+    if not rows.size:
+        raise ZooError(
+            f"{where}: none of its {len(mask)} rows has a judged step, so there is nothing to "
+            "score. Label its recordings and build the dataset again."
+        )
+    return rows
+
+
+def _thinned(rows: Indices, recording: NDArray[Any], stamp_ns: NDArray[Any], every: int) -> Indices:
     """Every so many of each recording's rows, in the order of their stamps; rows stay sorted."""
+    # By recording, then by stamp.
     order = np.lexsort((stamp_ns, recording))
+    # How far each row lies behind the first of its recording.
     starts = np.flatnonzero(np.diff(recording[order], prepend=-1))
     since = np.arange(len(rows)) - np.repeat(starts, np.diff(starts, append=len(rows)))
     return np.sort(rows[order[since % min(every, len(rows)) == 0]])

@@ -110,6 +110,7 @@ def roc(log_odds: Floats, success: Mask) -> RocCurve | None:
     """
     if not success.any() or success.all():
         return None
+    # The curve has a point for each threshold; on an even grid curves can be averaged.
     false_positive, true_positive, _ = roc_curve(success, log_odds)
     heights = np.interp(_GRID, false_positive, true_positive)
     heights[0] = 0
@@ -123,6 +124,7 @@ def calibration_curve(probability: Floats, success: Mask) -> CalibrationCurve:
         probability: (judged,).
         success: (judged,).
     """
+    # Sums over what lies in each bin; bins without a judged step are left out.
     bins = calibration_bin(probability)
     judged = np.bincount(bins, minlength=CALIBRATION_BINS)
     filled = judged > 0

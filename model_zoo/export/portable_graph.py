@@ -131,6 +131,7 @@ def loop_over_candidates(model: ModelProto, candidates: str, chunk: int = CHUNK)
     (output,) = graph.output
     steps = output.type.tensor_type.shape.dim[1].dim_value
     body = _body(graph, candidates, steps)
+    # Turns: (K + chunk - 1) / chunk in whole numbers, so that the last takes what is left.
     nodes = [
         helper.make_node("Shape", [candidates], ["count"], start=0, end=1),
         helper.make_node("Add", ["count", "chunk_less_one"], ["count_and_rest"]),

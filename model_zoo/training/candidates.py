@@ -79,6 +79,7 @@ def draw_candidates(batch: Batch, number: int, seed: int, step: int) -> Batch:
     """
     rows, known = batch[CANDIDATE_MASK].shape
     _check_number(known, number)
+    # The first K of a random order of each row: K different ones, all alike likely.
     drawn = np.random.default_rng([seed, step, 0, 3]).random((rows, known)).argsort(axis=1)
     kept, row = torch.from_numpy(drawn[:, :number].copy()), torch.arange(rows)[:, None]
     return batch | {name: batch[name][row, kept] for name in CANDIDATE_COLUMNS}
@@ -97,6 +98,7 @@ def join_candidates(batch: Batch) -> tuple[Tensor, Tensor, Tensor, Tensor]:
     judged = batch[CANDIDATE_MASK].bool()[:, :, None].expand(-1, -1, success.shape[2])
     mask = torch.cat([batch[MASK].bool()[:, None], judged], dim=1)
     rows, number = images.shape[:2]
+    # A half of the weight for the driven trajectory, a half for all candidates; mean 1 over 1 + K.
     share = success.new_full((rows, number), number / (2 * (number - 1)))
     share[:, 0] = number / 2
     return images.flatten(0, 1), success.flatten(0, 1), mask.flatten(0, 1), share.flatten()
@@ -125,11 +127,14 @@ def ranking_loss(logits: Tensor, success: Tensor, mask: Tensor, scenes: int) -> 
     Returns:
         0 where there is no pair.
     """
+    # Trajectories by scene: (B, n, T).
     number, steps = len(logits) // scenes, logits.shape[1]
     by_scene = (scenes, number, steps)
     odds, judged = logits.float().view(by_scene), mask.view(by_scene)
     succeeds = judged & (success.view(by_scene) > 0)
     fails = judged & (success.view(by_scene) == 0)
+    # Of every pair (i, j) in a scene, at every step: whether i succeeds where j fails, and the
+    # cross-entropy of telling so by their log-odds; (B, n, n, T).
     pairs = succeeds[:, :, None] & fails[:, None, :]
     apart = softplus(odds[:, None, :] - odds[:, :, None])
     return (apart * pairs).sum() / pairs.sum().clamp_min(1)

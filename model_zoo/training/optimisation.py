@@ -43,6 +43,7 @@ def learning_rate(recipe: Recipe, step: int, steps: int) -> float:
         step: Counted from 0.
         steps: Of the whole training.
     """
+    # Linear from zero over the warm-up, then constant or half a cosine down to zero.
     warmed = min(1.0, (step + 1) / (recipe.warm_up_steps + 1))
     if recipe.schedule == "constant":
         return recipe.learning_rate * warmed

@@ -87,6 +87,7 @@ class RowWeights:
 
 def balance_rows(labels: Labels, balance: Balance) -> RowWeights:
     """The weights for a split: under ``rows`` both kinds weigh half, else each row is 1."""
+    # A share s fails: weights 0.5 / s and 0.5 / (1 - s) give both kinds a half, and the mean 1.
     failing = labels.failing[labels.judged_rows]
     share = failing.mean()
     if balance != "rows" or failing.all() or not failing.any():

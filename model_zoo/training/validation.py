@@ -94,6 +94,7 @@ def _gather(fabric: Fabric, mine: Tensor, rows: int) -> Tensor:
     everyone = fabric.all_gather(mine)
     if not isinstance(everyone, Tensor):
         raise TypeError(type(everyone))
+    # (ranks, steps, ...) to (steps, ranks, ...), so that flattened the rows are in their order.
     return everyone.transpose(0, 1).flatten(0, 1)[:rows]
 
 

@@ -18,7 +18,6 @@ from graspe_data.shards.verify import verify_dataset
 from pipelines.build import SPLITS, BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe, robot_manifest
 from pipelines.executors import Workers, one_thread
-from pipelines.findings import findings_of
 from pipelines.progress import ConsoleProgress
 from pipelines.rederive import rederive_rows
 
@@ -176,7 +175,7 @@ def _print_index(index: DatasetIndex) -> None:
         table.add_row(entry.name, split, str(entry.rows), str(lost), str(failing))
     Console().print(table)
     for entry in index.recordings:
-        for course, text in findings_of(entry):
+        for course, text in entry.findings:
             if course != "agrees":
                 typer.echo(f"{entry.name}: {course}: {text}")
     for reason, count in sorted(index.losses.items()):

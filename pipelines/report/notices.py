@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from graspe_data.shards.dataset_manifest import DatasetIndex
-from pipelines.findings import findings_of
 from pipelines.report.balance import SplitBalance
 from pipelines.report.row_blocks import row_blocks
 
@@ -35,7 +34,7 @@ def notices(folder: Path, index: DatasetIndex, balances: Mapping[str, SplitBalan
     if refused:
         told.append(f"{refused} of {len(index.recordings)} recordings were refused.")
     mended = sum(
-        any(course in ("mended", "noted") for course, _ in findings_of(entry))
+        any(course in ("mended", "noted") for course, _ in entry.findings)
         for entry in index.recordings
     )
     if mended:

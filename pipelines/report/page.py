@@ -13,7 +13,6 @@ from graspe_data.atomic_file import write_atomically
 from graspe_data.documents import canonical_json
 from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
-from pipelines.findings import findings_of
 from pipelines.report.balance import Balance, SplitBalance, split_balance
 from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours
 from pipelines.report.intensity_picture import draw_intensity_map
@@ -113,7 +112,7 @@ def _recordings(index: DatasetIndex, balances: Mapping[str, SplitBalance]) -> li
             "events": _nonzero(entry.details.get("events")),
             "not_judged": entry.details.get("not_judged") or {},
             "annotated": entry.details.get("annotated"),
-            "findings": list(findings_of(entry)),
+            "findings": entry.findings,
         }
         for number, entry in enumerate(index.recordings)
     ]
