@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import math
 import os
 from collections.abc import Iterable, Mapping
@@ -15,20 +16,25 @@ from numpy.typing import NDArray
 from graspe_data.columns import Column
 from graspe_data.errors import StageError
 
+_NOT_IN_ORDER = -1
+
 
 class ColumnFile:
-    """A ``.npy`` file whose rows are written in any order, a row in memory at a time."""
+    """A ``.npy`` file whose rows are written in any order, a row in memory at a time.
+
+    Rows that come in their order are hashed as they are written.
+    """
 
     def __init__(self, folder: Path, column: Column, rows: int) -> None:
         """Create the file with a header for ``rows`` rows."""
         self.column, self.rows = column, rows
         self._dtype = np.dtype(column.dtype)
         self._row_bytes = column.row_bytes
-        self._file = (folder / f"{column.name}.npy").open("w+b")
-        self._write_header(rows)
-        self._start = self._file.tell()
+        self._file = (folder / f"{column.name}.npy").open("w+b", buffering=0)
+        header = self._write_header(rows)
+        self._start = len(header)
+        self._sha256, self._hashed_rows = hashlib.sha256(header), 0
         self._file.truncate(self._start + rows * self._row_bytes)
-        self._file.flush()
 
     def write(self, row: int, values: NDArray[np.generic] | float) -> None:
         """Write one row, or several that follow one another."""
@@ -38,7 +44,13 @@ class ColumnFile:
                 f"column {self.column.name}: row {row} of shape {array.shape} does not fit "
                 f"{self.rows} rows of {self.column.stored_shape}."
             )
-        os.pwrite(self._file.fileno(), array.data, self._offset(row))
+        if os.pwrite(self._file.fileno(), array.data, self._offset(row)) != array.nbytes:
+            raise StageError(f"{self._file.name}: row {row} was written in part: is the disk full?")
+        if row == self._hashed_rows:
+            self._sha256.update(array.data)
+            self._hashed_rows += array.nbytes // self._row_bytes
+        else:
+            self._hashed_rows = _NOT_IN_ORDER
 
     def keep(self, rows: NDArray[np.intp]) -> None:
         """Drop all rows but these, which must ascend."""
@@ -48,14 +60,14 @@ class ColumnFile:
                 os.pwrite(
                     descriptor, os.pread(descriptor, size, self._offset(row)), self._offset(target)
                 )
-        self.rows = int(rows.size)
-        self._file.seek(0)
+        self.rows, self._hashed_rows = int(rows.size), _NOT_IN_ORDER
         self._write_header(self.rows)
         self._file.truncate(self._offset(self.rows))
 
     def digest(self) -> str:
         """SHA-256 of the file."""
-        self._file.flush()
+        if self._hashed_rows == self.rows:
+            return self._sha256.hexdigest()
         self._file.seek(0)
         return hashlib.file_digest(self._file, "sha256").hexdigest()
 
@@ -66,13 +78,16 @@ class ColumnFile:
     def _offset(self, row: int) -> int:
         return self._start + row * self._row_bytes
 
-    def _write_header(self, rows: int) -> None:
-        header = {
+    def _write_header(self, rows: int) -> bytes:
+        content = {
             "descr": np.lib.format.dtype_to_descr(self._dtype),
             "fortran_order": False,
             "shape": (rows, *self.column.stored_shape),
         }
-        np.lib.format.write_array_header_1_0(self._file, header)
+        header = io.BytesIO()
+        np.lib.format.write_array_header_1_0(header, content)
+        os.pwrite(self._file.fileno(), header.getvalue(), 0)
+        return header.getvalue()
 
 
 class EpisodeWriter:
