@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
@@ -13,10 +12,10 @@ from pydantic import Field, JsonValue, StringConstraints, field_validator, model
 
 from graspe_data.atomic_file import write_atomically
 from graspe_data.columns import Column
-from graspe_data.documents import Sha256, canonical_json
-from graspe_data.errors import ManifestError, ShardError
+from graspe_data.documents import Sha256, canonical_json, parse_document
+from graspe_data.errors import ShardError
 from graspe_data.links import check_link
-from graspe_data.manifest import Settings, validate
+from graspe_data.manifest import Settings
 
 MANIFEST_NAME = "dataset.json"
 
@@ -219,7 +218,7 @@ def read_index(folder: Path) -> DatasetIndex:
     try:
         if path.stat().st_size > _LARGEST_MANIFEST:
             raise ShardError(f"{path}: larger than {_LARGEST_MANIFEST} bytes, so no manifest.")
-        content = json.loads(path.read_bytes())
+        content = path.read_bytes()
     except FileNotFoundError as error:
         raise ShardError(
             f"{path}: missing, so {folder} is no finished dataset. Give the folder that "
@@ -227,21 +226,15 @@ def read_index(folder: Path) -> DatasetIndex:
         ) from error
     except OSError as error:
         raise ShardError(f"{path}: cannot be read: {error.strerror}.") from error
-    except (ValueError, RecursionError) as error:
-        raise ShardError(f"{path}: not valid JSON: {error}. {_REBUILD}") from error
-    return _validated(path, content)
+    index = parse_document(content, DatasetIndex, path, ShardError, _REBUILD)
+    _check_digests(path, index)
+    return index
 
 
 _REBUILD = "Build the dataset again."
 
 
-def _validated(path: Path, content: Any) -> DatasetIndex:
-    if not isinstance(content, dict):
-        raise ShardError(f"{path}: expected a mapping, found {type(content).__name__}. {_REBUILD}")
-    try:
-        index = validate(content, DatasetIndex, str(path))
-    except ManifestError as error:
-        raise ShardError(f"{error}\n{_REBUILD}") from error
+def _check_digests(path: Path, index: DatasetIndex) -> None:
     digests = (
         (index.content_digest(), index.dataset_digest),
         (index.whole_digest(), index.document_digest),
@@ -252,7 +245,6 @@ def _validated(path: Path, content: Any) -> DatasetIndex:
                 f"{path}: was changed by hand or damaged: its content has the digest {expected}, "
                 f"it says {found or 'none'}. {_REBUILD}"
             )
-    return index
 
 
 def _digest(content: Mapping[str, Any]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,8 +15,9 @@ from safetensors import SafetensorError, safe_open
 from torch import Tensor
 
 from graspe_data.atomic_file import write_atomically
-from graspe_data.errors import ManifestError, ZooError
-from graspe_data.manifest import Settings, validate
+from graspe_data.documents import parse_document
+from graspe_data.errors import ZooError
+from graspe_data.manifest import Settings
 from model_zoo.contract import SuccessModel
 from model_zoo.training.meter import LossMeans
 from model_zoo.training.state import EpochRecord, Identity, TrainingState
@@ -161,10 +161,9 @@ def _metadata(path: Path) -> Mapping[str, str]:
 
 
 def _parsed(path: Path, metadata: Mapping[str, str]) -> _Counts:
-    try:
-        return validate(json.loads(metadata["counts"]), _Counts, str(path))
-    except (ManifestError, KeyError, ValueError) as error:
-        raise ZooError(f"{path}: no state of a training: {error}. {_ANEW}") from error
+    if "counts" not in metadata:
+        raise ZooError(f"{path}: no state of a training. {_ANEW}")
+    return parse_document(metadata["counts"].encode(), _Counts, path, ZooError, _ANEW)
 
 
 _ANEW = "Go on with what it began with, or give another folder to begin anew."
