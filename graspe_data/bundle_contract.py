@@ -10,6 +10,7 @@ from pydantic import Field, StringConstraints, model_validator
 
 from graspe_data.documents import Sha256
 from graspe_data.errors import PlannerError
+from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.observe_points import PointObservationSettings
@@ -105,6 +106,10 @@ class SensorPose(Settings):
         if not is_rotation or np.linalg.det(matrix) < 0:
             raise ValueError("rotation is no rotation: its rows are not orthonormal")
         return self
+
+    def transform(self) -> Transform:
+        """The same, to compute with."""
+        return Transform(np.array(self.rotation), np.array(self.translation))
 
 
 class RobotContract(Settings):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import difflib
 import reprlib
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from graspe_data.errors import ManifestError
@@ -16,6 +16,9 @@ from graspe_data.errors import ManifestError
 MAXIMUM_BYTES = 4 << 20
 
 Kind = Literal["robots", "datasets", "models", "recipes", "scenarios"]
+
+Positive = Annotated[float, Field(gt=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Settings(BaseModel):

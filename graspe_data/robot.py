@@ -9,11 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.manifest import Settings, load_manifest
+from graspe_data.manifest import Positive, Settings, load_manifest
 
 BY_LIDAR: Final = "lidar"
 
-Positive = Annotated[float, Field(gt=0)]
 Vector3 = tuple[float, float, float]
 LidarModel = Literal[
     "VLP-16",

@@ -12,6 +12,7 @@ from graspe_data.columns import Codec
 from graspe_data.errors import ManifestError
 from graspe_data.manifest import (
     Settings,
+    Share,
     find_manifest,
     load_manifest,
     read_yaml,
@@ -31,7 +32,6 @@ from graspe_data.synchronisation.row_plan import SynchronisationSettings
 Split = Literal["train", "validation", "test"]
 OptionalColumn = Literal["smoothness", "intensity_map"]
 Count = Annotated[int, Field(ge=1)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class ImageSettings(Settings):

@@ -9,13 +9,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.sensor_data import Motion, Picture, PointCloud
 from planners.lidar_clouds import LONGEST_RANGE, misshapen, returns
 from planners.progress import GoalSettings
 from planners.situation import Situation
-
-Positive = Annotated[float, Field(gt=0)]
 
 FASTEST, FARTHEST = 100.0, 1e8
 """m/s and rad/s, and metres from a frame's origin, beyond which a number is damage."""

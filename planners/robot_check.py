@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from graspe_data.bundle_contract import BundleContract, SensorPose
+from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.manifest import Settings
@@ -125,7 +125,7 @@ def _mountings(
     )
     for name, found, pose in sensors:
         if pose is not None:
-            yield from _mounting(name, found, _transform(pose), tolerances)
+            yield from _mounting(name, found, pose.transform(), tolerances)
 
 
 def _mounting(
@@ -161,10 +161,6 @@ def _faster(contract: BundleContract, robot: Robot, tolerances: MatchSettings) -
         least, most = getattr(contract.robot.limits, name)
         if low < least - tolerances.limits or high > most + tolerances.limits:
             yield f"limits.{name}: {low:g}..{high:g}, expected within {least:g}..{most:g}"
-
-
-def _transform(pose: SensorPose) -> Transform:
-    return Transform(np.array(pose.rotation), np.array(pose.translation))
 
 
 def _shown(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:

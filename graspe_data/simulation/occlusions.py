@@ -9,14 +9,13 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, Share
 from graspe_data.simulation.camera.lens_cover import LensCover
 from graspe_data.simulation.lidar.occlusion import SectorOcclusion
 
 SHORTEST_S = 0.1
 Pause = Annotated[float, Field(ge=0, le=36_000)]
 Spell = Annotated[float, Field(ge=SHORTEST_S, le=36_000)]
-Share = Annotated[float, Field(ge=0, le=1)]
 Angle = Annotated[float, Field(ge=1e-3, le=2 * np.pi)]
 
 

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from graspe_data.arrays import Stamps
 from graspe_data.errors import RecordingError
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.robot import Clock
 from graspe_data.synchronisation.tracks import StampTrack
-
-Positive = Annotated[float, Field(gt=0)]
 
 SECOND = 1_000_000_000
 DAY_S = 86_400

@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from graspe_data.arrays import Indices, Mask, Stamps
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.odometry_series import PoseSamples, PoseSeries, sample_odometry
 from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.synchronisation.clocks import SECOND
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class SynchronisationSettings(Settings):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, Field
 
 from graspe_data.errors import ManifestError, ZooError
-from graspe_data.manifest import Settings, validate
+from graspe_data.manifest import Settings, Share, validate
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
@@ -25,7 +25,6 @@ def _ordered(span: tuple[Number, Number]) -> tuple[Number, Number]:
     return span
 
 
-Share = Annotated[float, Field(ge=0, le=1)]
 Shares = Annotated[tuple[Share, Share], AfterValidator(_ordered)]
 LightShare = Annotated[float, Field(gt=0, le=1)]
 LightShares = Annotated[tuple[LightShare, LightShare], AfterValidator(_ordered)]

@@ -11,9 +11,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import BundleContract, GraphTensor, SensorPose
+from graspe_data.bundle_contract import BundleContract, GraphTensor
 from graspe_data.errors import ZooError
-from graspe_data.geometry import Transform
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
@@ -155,7 +154,7 @@ def candidate_images(contract: BundleContract) -> NDArray[np.uint8]:
         return np.stack([_band(height, width, v, omega) for v, omega in mixed.tolist()])
     drawing = PredictedTrajectory(
         intrinsics=camera,
-        base_from_camera=_transform(pose),
+        base_from_camera=pose.transform(),
         base_height=contract.robot.base_height,
         line_width=contract.robot.footprint.width,
         steps=contract.observation.horizon_steps,
@@ -171,7 +170,3 @@ def _band(height: int, width: int, v: float, omega: float) -> NDArray[np.uint8]:
     up = height - 1 - rows
     aside = np.abs(columns - width / 2 + up * omega) < width / 16
     return np.asarray(aside & (up < height * min(1.0, abs(v)) / 2), np.uint8)
-
-
-def _transform(pose: SensorPose) -> Transform:
-    return Transform(np.array(pose.rotation), np.array(pose.translation))

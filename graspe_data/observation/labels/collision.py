@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from graspe_data.arrays import Floats, Mask
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import Indices, true_runs
 from graspe_data.observation.labels.motion_series import (
@@ -19,8 +19,6 @@ from graspe_data.observation.labels.motion_series import (
 )
 from graspe_data.observation.labels.moving_mean import moving_mean
 from graspe_data.observation.labels.shock import shock
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class CollisionSettings(Settings):

@@ -8,12 +8,10 @@ import numpy as np
 from pydantic import Field
 
 from graspe_data.arrays import Floats
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import Indices, join_intervals
 from graspe_data.observation.labels.motion_series import OdometrySeries
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class OscillationSettings(Settings):

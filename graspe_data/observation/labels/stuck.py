@@ -8,13 +8,11 @@ import numpy as np
 from pydantic import Field
 
 from graspe_data.arrays import Floats
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import true_runs
 from graspe_data.observation.labels.motion_series import CommandSeries, OdometrySeries
 from graspe_data.observation.labels.moving_mean import moving_mean
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class StuckSettings(Settings):

@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from graspe_data.arrays import Floats
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import join_intervals
 from graspe_data.observation.labels.motion_series import InertialSeries, OdometrySeries
 from graspe_data.observation.labels.moving_mean import moving_mean
 from graspe_data.observation.labels.shock import gravity, shock
-
-Positive = Annotated[float, Field(gt=0)]
 
 
 class StumbleSettings(Settings):

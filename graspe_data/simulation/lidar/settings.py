@@ -6,11 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, Share
 from graspe_data.robot import Mounting
 
 Returns = Literal["strongest", "last", "dual"]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class LidarSettings(Settings):

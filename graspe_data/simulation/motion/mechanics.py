@@ -9,10 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from graspe_data.arrays import Floats
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, Share
 from graspe_data.simulation.world.obstacles import EFFECTS, Obstacles
 
-Share = Annotated[float, Field(ge=0, le=1)]
 Small = Annotated[float, Field(gt=0, le=10)]
 
 

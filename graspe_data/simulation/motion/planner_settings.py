@@ -6,10 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, Share
 
 Positive = Annotated[float, Field(gt=0, le=1000)]
-Share = Annotated[float, Field(ge=0, le=1)]
 Range = tuple[Positive, Positive]
 Spell = Annotated[float, Field(gt=0, le=60)]
 Spells = tuple[Spell, Spell]

@@ -8,12 +8,10 @@ import numpy as np
 from pydantic import Field
 
 from graspe_data.arrays import Mask
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.intervals import join_intervals, true_runs
 from graspe_data.simulation.motion.drive import STEP_S, Contacts, Drive
-
-Positive = Annotated[float, Field(gt=0)]
 
 STEP_NS = round(STEP_S * 1e9)
 

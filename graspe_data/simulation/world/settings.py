@@ -6,13 +6,12 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, Share
 from graspe_data.simulation.world.feature import Feature, LineFeature, Region, RoundFeature
 from graspe_data.simulation.world.ground import GroundSettings
 from graspe_data.simulation.world.kinds.any_kind import AnyKind
 from graspe_data.simulation.world.materials import MATERIALS, Effect, MaterialName
 
-Share = Annotated[float, Field(ge=0, le=1)]
 Side = Annotated[float, Field(ge=4, le=200)]
 
 
