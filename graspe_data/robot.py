@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.manifest import Positive, Settings, load_manifest
+from graspe_data.manifest import Positive, Settings, find_manifest, load_manifest
 
 BY_LIDAR: Final = "lidar"
 
@@ -217,12 +217,16 @@ class Robot(Settings):
         return self.odometry == BY_LIDAR
 
 
-def load_robot(path: Path) -> Robot:
+def load_robot(name: str | Path) -> Robot:
     """Load a robot manifest; a file of angles is looked for beside it.
+
+    Args:
+        name: Its path, or the name of one that ships.
 
     Raises:
         ManifestError: The manifest is missing or does not validate.
     """
+    path = find_manifest("robots", name)
     robot = load_manifest(path, Robot)
     if robot.lidar.angles is None:
         return robot

@@ -32,6 +32,8 @@ SOURCES = sorted(
     path
     for top in ("graspe_data", "model_zoo", "planners", "pipelines")
     for path in (ROOT / top).rglob("*.py")
+    # The front doors name what lies deeper, and import it only when it is asked for.
+    if path != ROOT / top / "__init__.py"
 )
 
 

@@ -21,12 +21,6 @@ SOME_UNREADABLE = 3
 CANDIDATES_SHOWN = 20
 
 
-def register(app: typer.Typer) -> None:
-    """Add the commands to the command line."""
-    app.command()(inspect)
-    app.command()(scaffold)
-
-
 def inspect(
     paths: Annotated[
         list[Path], typer.Argument(help="Recordings, or folders of them.", show_default=False)

@@ -12,16 +12,14 @@ from typer.testing import CliRunner
 from graspe_data.errors import RecordingError
 from graspe_data.manifest import load_manifest
 from graspe_data.robot import Robot
-from pipelines.commands import recordings
+from pipelines import command_line
 
 Record = Callable[..., Path]
 
 
 @pytest.fixture
 def app() -> typer.Typer:
-    app = typer.Typer()
-    recordings.register(app)
-    return app
+    return command_line.app
 
 
 def test_inspect_prints_a_block_a_recording(app: typer.Typer, record: Record) -> None:
@@ -94,10 +92,3 @@ def test_scaffold_prints_without_a_file(app: typer.Typer, record: Record) -> Non
     result = CliRunner().invoke(app, ["scaffold", str(record())])
     assert result.exit_code == 0
     assert result.stdout.startswith("# A robot manifest")
-
-
-def test_both_commands_belong_to_graspe() -> None:
-    from pipelines.command_line import app  # noqa: PLC0415
-
-    names = {command.callback.__name__ for command in app.registered_commands if command.callback}
-    assert {"inspect", "scaffold"} <= names
