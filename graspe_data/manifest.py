@@ -69,14 +69,12 @@ def read_yaml(path: Path) -> Any:
     """Read one YAML document, without tags or objects.
 
     Raises:
-        ManifestError: The file is missing, too large, not YAML, or gives a key twice.
+        ManifestError: The file is missing, too large, not YAML, has aliases, or gives a key twice.
     """
     try:
         if path.stat().st_size > MAXIMUM_BYTES:
             raise ManifestError(f"{path}: larger than {MAXIMUM_BYTES} bytes, so not a manifest.")
         text = path.read_text(encoding="utf-8")
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
-            raise ManifestError(f"{path}: aliases (*name) are not allowed; write the value out.")
         return _Loader(text).get_single_data()
     except (OSError, UnicodeDecodeError) as error:
         raise ManifestError(f"{path}: cannot be read: {error}") from error
@@ -85,7 +83,16 @@ def read_yaml(path: Path) -> Any:
 
 
 class _Loader(yaml.SafeLoader):
-    """A key that is given twice is a mistake, where YAML's own loader takes the last."""
+    """A key that is given twice is a mistake, where YAML's own loader takes the last.
+
+    So are aliases: a few lines of them stand for more values than memory holds.
+    """
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Compose a node, as the base class does, that is no alias."""
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("aliases (*name) are not allowed; write the value out")
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Make a mapping, as the base class does, of keys that differ."""

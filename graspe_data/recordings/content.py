@@ -27,6 +27,7 @@ NUMBERS = 256
 TELLING_SHARE = 0.1
 """A sample that zlib makes smaller than this share is constant or nearly so: a dark picture."""
 LEAST_VARYING = 32
+EMPTY_PACKED = len(zlib.compress(b""))
 ENCODED_HEADER = 640
 """Bytes of tables before the picture in a JPEG; those of all pictures of a camera are the same."""
 SHARED = 2
@@ -165,7 +166,7 @@ def _sample(message: Any, kind: Kind) -> tuple[bytes, int, bool]:
 def _varies(content: bytes, *, encoded: bool) -> bool:
     """Whether bytes are neither constant nearly everywhere nor one short pattern."""
     varying = content[ENCODED_HEADER:] if encoded else content
-    packed = len(zlib.compress(varying, 1)) - len(zlib.compress(b""))
+    packed = len(zlib.compress(varying, 1)) - EMPTY_PACKED
     return packed > max(LEAST_VARYING, TELLING_SHARE * len(varying))
 
 

@@ -48,8 +48,9 @@ def picture_frame(number: int) -> Any:
 
 
 def number_in(rgb: Any) -> float:
-    """The number that a picture says."""
-    return float(rgb[16:].astype(float).mean() / STEP)
+    """The number that a picture says; NaN of one that damage has made too low."""
+    below = rgb[16:].astype(float)
+    return float(below.mean() / STEP) if below.size else float("nan")
 
 
 def _options(codec: str, group: int, b_frames: int) -> dict[str, str]:
