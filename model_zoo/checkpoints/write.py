@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import safetensors.torch
-import torch
 import yaml
 from pydantic import JsonValue
 from torch import Tensor
@@ -31,6 +28,7 @@ from model_zoo.checkpoints.config import (
 )
 from model_zoo.checkpoints.lineage import Lineage
 from model_zoo.contract import SuccessModel
+from model_zoo.environment import describe_environment
 
 
 def write_checkpoint(
@@ -131,25 +129,3 @@ def _json(content: Mapping[str, Any]) -> bytes:
 def _yaml(content: Mapping[str, JsonValue]) -> bytes:
     plain = json.loads(_json(content))
     return yaml.safe_dump(plain, sort_keys=True, allow_unicode=True).encode()
-
-
-_PACKAGES = ("graspe", "torch", "lightning-fabric", "numpy", "safetensors", "scikit-learn")
-
-
-def describe_environment() -> dict[str, JsonValue]:
-    """Versions of Python and of the packages that decide the numbers, and the device."""
-    gpu = torch.cuda.get_device_name() if torch.cuda.is_available() else None
-    return {
-        "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "packages": {name: _version(name) for name in _PACKAGES},
-        "gpu": gpu,
-        "threads": torch.get_num_threads(),
-    }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

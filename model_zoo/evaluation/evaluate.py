@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import torch
 
-from graspe_data.errors import ZooError
 from graspe_data.progress import Progress, Silent
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import Checkpoint
+from model_zoo.environment import Device, choose_device
 from model_zoo.evaluation.evaluation import Evaluation, digest_of, summarise_recipe
 from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
 from model_zoo.evaluation.latency import measure_latency
@@ -112,18 +112,3 @@ def _recipe(checkpoint: Checkpoint) -> Any:
     if begun is None or not isinstance(checkpoint.recipe, Mapping):
         return checkpoint.recipe
     return {**checkpoint.recipe, "begins_at_step": begun.step}
-
-
-Device = Literal["auto", "cpu", "cuda"]
-
-
-def choose_device(device: Device) -> torch.device:
-    """The device asked for; ``auto`` takes a GPU where there is one.
-
-    Raises:
-        ZooError: A GPU is asked for and there is none.
-    """
-    found = torch.cuda.is_available()
-    if device == "cuda" and not found:
-        raise ZooError("device: cuda was asked for and torch finds none. Take auto or cpu.")
-    return torch.device("cuda" if found and device != "cpu" else "cpu")

@@ -117,8 +117,8 @@ def _check_lineage(checkpoint: Checkpoint, index: DatasetIndex, split: str, path
     if config.lineage is not None:
         config.lineage.check_unseen(index, split, str(path))
     if config.assumptions is not None and found is not None:
-        trained, here = (each.observation.model_dump() for each in (config.assumptions, found))
-        check_observed_alike(trained, here, str(path))
+        trained, evaluated = (each.observation.model_dump() for each in (config.assumptions, found))
+        check_observed_alike(trained, evaluated, str(path))
 
 
 def _check_recordings(recording: NDArray[Any], index: DatasetIndex, split: str, path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import torch
 from lightning_fabric import Fabric
@@ -14,6 +14,7 @@ from pydantic import Field
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from model_zoo.bounds import NO_TRUTH
+from model_zoo.environment import Device, choose_device
 from model_zoo.training.recipe import Recipe
 
 LOG_FOLDER = "log"
@@ -33,7 +34,7 @@ class Machine(Settings):
         tensorboard: Whether losses, rates and scores are logged for TensorBoard.
     """
 
-    device: Literal["auto", "cpu", "cuda"] = "auto"
+    device: Device = "auto"
     workers: Annotated[int, Field(strict=True, ge=0, le=1024)] = 1
     threads: Annotated[int, Field(strict=True, gt=0, le=10**18)] | None = None
     state_every_s: Annotated[float, Field(gt=0, le=1e9), NO_TRUTH] = 60.0
@@ -60,14 +61,12 @@ def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
     """
     _check_threads(machine.threads)
     _check_log(machine, out / LOG_FOLDER)
-    if machine.device == "cuda" and not torch.cuda.is_available():
-        raise ZooError("device: cuda was asked for and torch finds none. Take auto or cpu.")
+    device = choose_device(machine.device)
     if machine.threads is not None:
         torch.set_num_threads(machine.threads)
     ranks, local = count_ranks(), int(os.environ.get("LOCAL_WORLD_SIZE", "1"))
-    cuda = machine.device != "cpu" and torch.cuda.is_available()
     fabric = Fabric(
-        accelerator="cuda" if cuda else "cpu",
+        accelerator=device.type,
         devices=local,
         num_nodes=ranks // local,
         strategy="ddp" if ranks > 1 else "auto",
