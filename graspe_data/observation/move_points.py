@@ -14,5 +14,8 @@ def move_points(xyz: NDArray[np.float32], transform: Transform) -> NDArray[np.fl
     moved = np.empty((3, len(xyz)), np.float32)
     rows = np.column_stack((transform.rotation, transform.translation)).astype(np.float32)
     for axis, (a, b, c, shift) in enumerate(rows):
-        np.add(a * x + b * y + c * z, shift, out=moved[axis])
+        np.multiply(a, x, out=moved[axis])
+        moved[axis] += b * y
+        moved[axis] += c * z
+        moved[axis] += shift
     return moved.T

@@ -70,7 +70,8 @@ def sample_points(
     rows = _draw(len(xyz), count, seed)
     points = np.full((count, 3), np.nan, np.float32)
     values = np.full((2, count), np.nan, np.float32)
-    points[: len(rows)] = xyz.T.take(rows, axis=1).T
+    for axis, drawn in zip(points.T, xyz.T.take(rows, axis=1), strict=True):
+        axis[: len(rows)] = drawn
     values[1, : len(rows)] = smoothness.take(rows)
     if intensity is not None:
         values[0, : len(rows)] = intensity.take(rows)
