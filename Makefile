@@ -7,7 +7,8 @@ MANIFEST ?= graspe
 WORKERS ?= 2
 # What takes long, or needs whole recordings and trainings, is left out of `make test-fast`.
 FAST := tests/test_rooms.py tests/test_architecture.py tests/graspe_data/test_*.py \
-  tests/graspe_data/observation tests/graspe_data/shards tests/model_zoo/layers tests/model_zoo/test_*.py \
+  tests/graspe_data/observation tests/graspe_data/shards tests/model_zoo/layers tests/model_zoo/models/test_*_*.py \
+  tests/model_zoo/test_*.py \
   tests/planners
 # What pip needs to build the package itself comes in the tested versions too.
 export PIP_CONSTRAINT := $(CURDIR)/requirements.txt

@@ -15,8 +15,8 @@ from torch_geometric.nn import GATConv, GCNConv
 
 from benchmarks.measurement import Measurement, render_table
 from model_zoo.contract import SuccessModel
-from model_zoo.layers.attention_graph_network import AttentionGraphNetwork, AttentionGraphSettings
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
+from model_zoo.models.graspe import AttentionGraphNetwork, AttentionGraphSettings
 from model_zoo.registry import create_model
 
 ROWS = 32

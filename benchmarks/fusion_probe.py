@@ -20,8 +20,8 @@ from benchmarks.candidate_truth import rank, read_arguments
 from benchmarks.publish import publish
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
-from model_zoo.masked_cross_entropy import masked_cross_entropy
-from model_zoo.models.graspe_family import GraspeFamily
+from model_zoo.contract import masked_cross_entropy
+from model_zoo.models.graspe import GraspeFamily
 from model_zoo.registry import create_model
 from model_zoo.training.candidates import ranking_loss
 

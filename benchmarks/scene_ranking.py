@@ -22,9 +22,8 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 from benchmarks.candidate_truth import rank
 from benchmarks.publish import publish
 from graspe_data.shards import Dataset
+from model_zoo.layers.point_input import bounded, choose_points
 from model_zoo.layers.pointnet import PointNet, PointNetSettings
-from model_zoo.point_choice import choose_points
-from model_zoo.point_scale import bounded
 from model_zoo.training.candidates import ranking_loss
 
 COLUMNS = ("points", "point_count", "candidate_velocity", "candidate_success")

@@ -9,8 +9,9 @@ from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import binary_cross_entropy_with_logits
 
-from model_zoo.masked_cross_entropy import masked_cross_entropy
+from graspe_data.manifest import Settings
 
 Observation = Mapping[str, Tensor]
 """Columns of B rows as they lie in a dataset, by name; see the README's table of columns."""
@@ -47,11 +48,16 @@ class SuccessModel(nn.Module, ABC):
     row, by the same two functions.
 
     Attributes:
+        name: By which the registry, presets, checkpoints and bundles know it; a class without one
+            is no model of the zoo.
+        settings_type: Of its numbers; the class is called with an object of it.
         columns: Names of the dataset's columns that it needs; no others are read.
         candidate_columns: Those of them that :meth:`score` reads, the others :meth:`encode`.
         horizon: Steps predicted, T.
     """
 
+    name: ClassVar[str]
+    settings_type: ClassVar[type[Settings]]
     columns: ClassVar[tuple[str, ...]]
     candidate_columns: ClassVar[tuple[str, ...]] = ()
     horizon: int
@@ -115,6 +121,20 @@ class SuccessModel(nn.Module, ABC):
         """
         logits = self.logits(observation)
         return Loss(masked_cross_entropy(logits, success, mask, weight), logits)
+
+
+def masked_cross_entropy(logits: Tensor, target: Tensor, mask: Tensor, weight: Tensor) -> Tensor:
+    """The weighted mean binary cross-entropy of the judged steps, a scalar.
+
+    Args:
+        logits: (B, T), log-odds of what ``target`` is 1 for.
+        target: float32 (B, T), 0 or 1.
+        mask: bool (B, T); other steps do not count.
+        weight: float32 (B,), of each row.
+    """
+    every = binary_cross_entropy_with_logits(logits.float(), target, reduction="none")
+    counted = mask * weight[:, None]
+    return (every * counted).sum() / counted.sum().clamp_min(1e-9)
 
 
 def _repeat(columns: Mapping[str, Tensor], number: int) -> Features:

@@ -2,52 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 from graspe_data.errors import ManifestError, ZooError
-from graspe_data.manifest import Settings, find_manifest, load_manifest, validate
+from graspe_data.manifest import Settings, validate
 from model_zoo.contract import SuccessModel
-from model_zoo.models.graspe import Graspe, GraspeSettings
-from model_zoo.models.graspe_no_agnn import GraspeNoAgnn, GraspeNoAgnnSettings
-from model_zoo.models.graspe_no_reliability import GraspeNoReliability
-from model_zoo.models.nmfnet import Nmfnet
-from model_zoo.models.nmfnet_family import NmfnetSettings
-from model_zoo.models.nmfnet_trajectory import NmfnetTrajectory, NmfnetTrajectorySettings
-from model_zoo.models.paad import Paad, PaadSettings
+from model_zoo.known_models import SHIPPED, known_models, nearest_of
 from model_zoo.planned_model import plan_model
+from model_zoo.presets import merged, presets_of
 
-
-class _Entry(NamedTuple):
-    build: Callable[[Any], SuccessModel]
-    settings: type[Settings]
-
-
-MODELS: Mapping[str, _Entry] = {
-    "graspe": _Entry(Graspe, GraspeSettings),
-    "graspe_no_agnn": _Entry(GraspeNoAgnn, GraspeNoAgnnSettings),
-    "graspe_no_reliability": _Entry(GraspeNoReliability, GraspeSettings),
-    "nmfnet": _Entry(Nmfnet, NmfnetSettings),
-    "nmfnet_trajectory": _Entry(NmfnetTrajectory, NmfnetTrajectorySettings),
-    "paad": _Entry(Paad, PaadSettings),
-}
-"""Every model: its class, made from an object of its settings."""
-
-
-class ModelManifest(Settings):
-    """What ships of a model beside its code.
-
-    Attributes:
-        presets: Settings by the preset's name; what a preset leaves out has its default.
-    """
-
-    presets: dict[str, dict[str, Any]]
+MODELS: Mapping[str, type[SuccessModel]] = SHIPPED
+"""The models of this project; :func:`list_models` also knows those registered from outside."""
 
 
 def list_models() -> dict[str, tuple[str, ...]]:
     """The models' names, each with the names of its presets."""
-    return {name: tuple(_presets(name)) for name in MODELS}
+    return {name: tuple(presets_of(name)) for name in known_models()}
 
 
 def model_settings(name: str, preset: str = "paper", **overrides: Any) -> Settings:
@@ -61,11 +32,12 @@ def model_settings(name: str, preset: str = "paper", **overrides: Any) -> Settin
     Raises:
         ZooError: An unknown name, preset or setting, or a value that does not fit.
     """
-    entry = MODELS[_known("model", name, MODELS)]
-    presets = _presets(name)
-    numbers = presets[_known(f"preset of {name}", preset, presets)]
+    model, presets = _found(name), presets_of(name)
+    if preset not in presets:
+        raise ZooError(f"no preset of {name} {preset!r}: {nearest_of(preset, presets)}")
+    numbers = merged(presets[preset], overrides)
     try:
-        return validate(_merge(numbers, overrides), entry.settings, f"{name}, preset {preset}")
+        return validate(numbers, model.settings_type, f"{name}, preset {preset}")
     except ManifestError as error:
         raise ZooError(str(error)) from error
 
@@ -85,32 +57,18 @@ def create_model(name: str, preset: str = "paper", **overrides: Any) -> SuccessM
     settings = model_settings(name, preset, **overrides)
 
     def make() -> SuccessModel:
-        return MODELS[name].build(settings)
+        return _found(name)(settings)
 
     plan_model(make, f"{name}, preset {preset}")
     return make()
 
 
-def _presets(name: str) -> dict[str, dict[str, Any]]:
-    try:
-        return load_manifest(find_manifest("models", name), ModelManifest).presets
-    except ManifestError as error:
-        raise ZooError(str(error)) from error
-
-
-def _known(what: str, name: str, known: Iterable[str]) -> str:
-    names = sorted(known)
-    if name in names:
-        return name
-    nearest = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    advice = f" Did you mean {nearest[0]!r}?" if nearest else ""
-    raise ZooError(f"no {what} {name!r}: known are {', '.join(names)}.{advice}")
-
-
-def _merge(numbers: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(numbers)
-    for key, value in overrides.items():
-        inner = merged.get(key)
-        both = isinstance(inner, Mapping) and isinstance(value, Mapping)
-        merged[key] = _merge(inner, value) if both else value  # type: ignore[arg-type]
-    return merged
+def _found(name: str) -> type[SuccessModel]:
+    models = known_models()
+    if name in models:
+        return models[name]
+    raise ZooError(
+        f"no model {name!r}: {nearest_of(name, models)} A model of your own is registered by an "
+        "entry point in the group graspe.models, or by its module's name in GRASPE_MODELS; see "
+        "docs/zoo.md."
+    )

@@ -1,1 +1,1 @@
-"""The parts that models are made of."""
+"""What two models share: parts of networks, and columns as networks read them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from torch import Tensor, nn
 
-from model_zoo.picture_input import lower_drawing
+from model_zoo.layers.picture_input import lower_drawing
 
 
 class PathBranch(nn.Module):

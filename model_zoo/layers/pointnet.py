@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import reduce
+from itertools import pairwise
 from typing import NamedTuple
 
 import torch
@@ -9,8 +12,8 @@ from torch import Tensor, nn
 
 from graspe_data.manifest import Settings
 from model_zoo.bounds import Points, Share, Units
-from model_zoo.layers.pointwise_maximum import PointwiseMaximum
-from model_zoo.layers.pointwise_stack import PointwiseStack
+from model_zoo.contract import Loss
+from model_zoo.layers.normalised_maximum import normalised_maximum
 
 
 class PointNetSettings(Settings):
@@ -88,6 +91,21 @@ def orthogonality_penalty(transform: Tensor) -> Tensor:
     return norms.mean()
 
 
+def penalised(loss: Loss, transform: Tensor | None, share: float) -> Loss:
+    """A cross-entropy, and the penalty on the feature transform where there is one.
+
+    Args:
+        loss: Its total is the cross-entropy alone.
+        transform: (B, K, K), or None.
+        share: Weight of the penalty.
+    """
+    if transform is None:
+        return loss
+    penalty = share * orthogonality_penalty(transform.float())
+    parts = {"cross_entropy": loss.total, "orthogonality": penalty}
+    return Loss(loss.total + penalty, loss.logits, parts)
+
+
 class _Alignment(nn.Module):
     """A transform (B, K, K) of K features, learned from them; the identity at first."""
 
@@ -123,3 +141,92 @@ def _head(inputs: int, hidden: tuple[int, int], outputs: int, dropout: float) ->
         nn.ReLU(),
         nn.Linear(second, outputs),
     )
+
+
+class PointwiseStack(nn.Module):
+    """Features of points (B, N, sizes[0]) to (B, N, sizes[-1]).
+
+    A convolution of kernel 1 over (B, C, N), as PointNet's ports have it, is this linear layer;
+    with the channels last no transposition is needed. Outside training the normalisation is folded
+    into the weights.
+    """
+
+    def __init__(self, sizes: Sequence[int], *, last_relu: bool = True) -> None:
+        """Make a layer between each two sizes; ``last_relu`` is whether the last has a ReLU."""
+        super().__init__()
+        last = len(sizes) - 2
+        pairs = enumerate(pairwise(sizes))
+        self.layers = nn.Sequential(*(_Layer(*pair, last_relu or i < last) for i, pair in pairs))
+
+    def forward(self, points: Tensor) -> Tensor:
+        """The features of every point."""
+        if not self.training:
+            return self.folded(points, self.fold())
+        return self.layers(points)  # type: ignore[no-any-return]
+
+    def fold(self) -> list[tuple[Tensor, Tensor, bool]]:
+        """The weight and bias of each layer with its normalisation in them, and whether a ReLU."""
+        return [layer.fold() for layer in self.layers if isinstance(layer, _Layer)]
+
+    def maximum(self, points: Tensor) -> Tensor:
+        """``self(points).max(1).values`` in training, without the last layer's activations."""
+        *narrow, last = (layer for layer in self.layers if isinstance(layer, _Layer))
+        for layer in narrow:
+            points = layer(points)
+        return last.maximum(points)
+
+    def folded(self, x: Tensor, layers: list[tuple[Tensor, Tensor, bool]]) -> Tensor:
+        """What :meth:`forward` gives outside training, by what :meth:`fold` gave."""
+        for weight, bias, relu in layers:
+            x = nn.functional.linear(x, weight, bias)
+            x = torch.relu_(x) if relu else x
+        return x
+
+
+class _Layer(nn.Module):
+    def __init__(self, inputs: int, outputs: int, relu: bool) -> None:
+        super().__init__()
+        self.linear = nn.Linear(inputs, outputs)
+        self.norm = nn.BatchNorm2d(outputs)
+        self.relu = relu
+
+    def forward(self, x: Tensor) -> Tensor:
+        # The points (B, N, C) seen as one picture with the channels last: normalised twice as fast.
+        picture: Tensor = self.norm(self.linear(x).unsqueeze(0).permute(0, 3, 1, 2))
+        x = picture.permute(0, 2, 3, 1).squeeze(0)
+        return torch.relu(x) if self.relu else x
+
+    def maximum(self, x: Tensor) -> Tensor:
+        highest = normalised_maximum(x, self.linear, self.norm)
+        return torch.relu(highest) if self.relu else highest
+
+    def fold(self) -> tuple[Tensor, Tensor, bool]:
+        mean, variance = self.norm.get_buffer("running_mean"), self.norm.get_buffer("running_var")
+        scale = self.norm.weight * torch.rsqrt(variance + self.norm.eps)
+        bias = (self.linear.bias - mean) * scale + self.norm.bias
+        return self.linear.weight * scale[:, None], bias, self.relu
+
+
+class PointwiseMaximum(nn.Module):
+    """The maximum over N of a :class:`PointwiseStack`, (B, N, sizes[0]) to (B, sizes[-1]).
+
+    In training the last layer's activations are not held either, see :func:`normalised_maximum`;
+    outside training the points pass in chunks with a running maximum, so that the widest
+    activation is (B, chunk, sizes[-1]) however many points there are. The result is the same.
+    """
+
+    def __init__(self, sizes: Sequence[int], chunk: int, *, last_relu: bool = True) -> None:
+        """Make the stack; see :class:`PointwiseStack`."""
+        super().__init__()
+        self.stack = PointwiseStack(sizes, last_relu=last_relu)
+        self.chunk = chunk
+
+    def forward(self, points: Tensor) -> Tensor:
+        """The largest features."""
+        if self.training:
+            return self.stack.maximum(points)
+        layers = self.stack.fold()
+        parts = (
+            self.stack.folded(part, layers).amax(1) for part in torch.split(points, self.chunk, 1)
+        )
+        return reduce(torch.maximum, parts)

@@ -1,1 +1,1 @@
-"""The models, one a file."""
+"""The models: a file for each paper, with its ablations and variants; a new file is found."""

@@ -1,11 +1,17 @@
-"""PAAD, proactive anomaly detection (Ji et al., RA-L 2022), on this dataset's columns."""
+"""PAAD, proactive anomaly detection (Ji et al., RA-L 2022), on this dataset's columns.
+
+Layer by layer tianchenji/PAAD, nets/PAAD.py. Shapes: B scenes, K candidate trajectories, T = 10
+steps, F = 64 features of a branch.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Self
 
+import torch
 from pydantic import Field, model_validator
-from torch import Tensor
+from torch import Tensor, nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
 from graspe_data.errors import ZooError
@@ -23,12 +29,144 @@ from model_zoo.bounds import (
     Width,
 )
 from model_zoo.contract import Features, Loss, Observation, SuccessModel
-from model_zoo.layers.attention_fusion import AttentionFusion
-from model_zoo.layers.image_branch import ImageBranch
 from model_zoo.layers.path_branch import PathBranch, check_path_rows
-from model_zoo.layers.svae import Posterior, ScanAutoencoder
-from model_zoo.picture_input import normalised_picture
-from model_zoo.scan_input import clipped_scan
+from model_zoo.layers.picture_input import normalised_picture
+from model_zoo.layers.resnet18 import ResNet18
+from model_zoo.layers.scan_input import clipped_scan
+
+REDUCED, CHANNELS = 64, 32
+
+
+class ImageBranch(nn.Module):
+    """ResNet18's trunk, two convolutions and a dense layer (tianchenji/PAAD, nets/PAAD.py).
+
+    A picture of 240 x 320 becomes 64 x 4 x 5, then 32 x 4 x 5 features.
+    """
+
+    def __init__(self, height: int, width: int, features: int = 64, trunk_width: int = 64) -> None:
+        """Build it for pictures of one size.
+
+        Args:
+            height: Rows of the picture.
+            width: Columns of the picture.
+            features: Length of the branch's vector.
+            trunk_width: Channels of the trunk's first stage.
+        """
+        super().__init__()
+        self.resnet = ResNet18(1, trunk_width, reduction=None)
+        del self.resnet.fc
+        self.reduction = nn.Conv2d(8 * trunk_width, REDUCED, 3, stride=2, padding=1)
+        self.convolution = nn.Sequential(nn.Conv2d(REDUCED, CHANNELS, 3, padding=1), nn.ReLU())
+        pixels = -(-height // 64) * -(-width // 64)
+        self.dense = nn.Sequential(nn.Flatten(), nn.Linear(CHANNELS * pixels, features), nn.ReLU())
+
+    def freeze(self) -> None:
+        """Keep the trunk's and the reduction's weights; batch statistics go on, as in PAAD."""
+        self.resnet.requires_grad_(requires_grad=False)
+        self.reduction.requires_grad_(requires_grad=False)
+
+    def reduced(self, picture: Tensor) -> Tensor:
+        """What the trunk and the reduction, not rectified, make of a picture: (B, 64, h, w)."""
+        maps: Tensor = self.reduction(self.resnet.trunk(picture))
+        return maps
+
+    def forward(self, picture: Tensor) -> Tensor:
+        """Features (B, F) of normalised pictures (B, 3, H, W)."""
+        vector: Tensor = self.dense(self.convolution(self.reduced(picture)))
+        return vector
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A diagonal normal distribution of codes for each scan: means, log variances, (B, L)."""
+
+    mean: Tensor
+    log_variance: Tensor
+
+    @property
+    def features(self) -> Tensor:
+        """Means and log variances side by side, (B, 2 L): what a classifier reads."""
+        return torch.cat((self.mean, self.log_variance), dim=1)
+
+    def sample(self) -> Tensor:
+        """Draw one code a scan, (B, L), so that gradients reach the distribution."""
+        return self.mean + torch.exp(self.log_variance / 2) * torch.randn_like(self.mean)
+
+    def divergence(self) -> Tensor:
+        """Kullback-Leibler divergence from the standard normal, (B,), nats."""
+        mean, log_variance = self.mean.float(), self.log_variance.float()
+        return 0.5 * (mean**2 + log_variance.exp() - 1 - log_variance).sum(dim=1)
+
+
+class ScanAutoencoder(nn.Module):
+    """Encodes a scan and reconstructs it (tianchenji/Multimodal-SVAE and PAAD, nets/SVAE.py)."""
+
+    def __init__(self, beams: int, hidden: int = 128, latent: int = 32) -> None:
+        """Fully connected throughout.
+
+        Args:
+            beams: Rays of a scan.
+            hidden: Units of the one hidden layer on either side.
+            latent: Length of a code, L.
+        """
+        super().__init__()
+        self.encoder = nn.Sequential(nn.Linear(beams, hidden), nn.ReLU())
+        self.mean = nn.Linear(hidden, latent)
+        self.log_variance = nn.Linear(hidden, latent)
+        self.decoder = nn.Sequential(
+            nn.Linear(latent, hidden), nn.ReLU(), nn.Linear(hidden, beams), nn.Sigmoid()
+        )
+
+    def encode(self, scan: Tensor) -> Posterior:
+        """The codes' distribution for scans (B, beams) within [0, 1]."""
+        hidden = self.encoder(scan)
+        return Posterior(self.mean(hidden), self.log_variance(hidden))
+
+    def reconstruction_error(self, scan: Tensor, code: Tensor) -> Tensor:
+        """Squared error of the scans (B, beams) that codes (B, L) stand for, summed: (B,)."""
+        rebuilt: Tensor = self.decoder(code)
+        return (rebuilt.float() - scan).square().sum(dim=1)
+
+
+class AttentionFusion(nn.Module):
+    """One self-attention over two tokens, added to them, and two dense layers.
+
+    Neither positions nor a layer normalisation, and the path takes no part in the attention
+    (tianchenji/PAAD, nets/PAAD.py).
+    """
+
+    def __init__(self, features: int, heads: int, hidden: int, dropout: float, steps: int) -> None:
+        """Build it.
+
+        Args:
+            features: Length of each branch's vector, F.
+            heads: Of the attention; they divide F.
+            hidden: Units of the first dense layer.
+            dropout: After it.
+            steps: Outputs, T.
+        """
+        super().__init__()
+        self.attention = nn.MultiheadAttention(features, heads, batch_first=True)
+        self.head = nn.Sequential(
+            nn.Linear(3 * features, hidden),
+            nn.ReLU(),
+            nn.Dropout(dropout),
+            nn.Linear(hidden, steps),
+        )
+
+    def scene(self, picture: Tensor, scan: Tensor) -> Tensor:
+        """What all paths in a scene share: vectors (B, F) that attended to each other, (B, 2 F)."""
+        tokens = torch.stack((picture, scan), dim=1)
+        attended, _ = self.attention(tokens, tokens, tokens, need_weights=False)
+        fused: Tensor = (attended + tokens).flatten(1)
+        return fused
+
+    def forward(self, scene: Tensor, path: Tensor) -> Tensor:
+        """Outputs (K, T), not activated, of paths (K, F) in as many scenes (K, 2 F), or in one."""
+        fused = torch.cat((scene.expand(path.shape[0], -1), path), dim=1)
+        outputs: Tensor = self.head(fused)
+        return outputs
+
 
 ALPHA_PER_BATCH = 0.01
 
@@ -80,7 +218,7 @@ class PaadSettings(Settings):
 class Paad(SuccessModel):
     """Picture and scan attend to each other; the path joins them before the head.
 
-    Layer by layer tianchenji/PAAD, nets/PAAD.py. Within, 1 is failure, as there: what it
+    Within, 1 is failure, as there: what it
     publishes and is taught is success, as everywhere. It reads no velocity history, no points
     and no reliability.
 
@@ -91,6 +229,8 @@ class Paad(SuccessModel):
         settings: Its sizes.
     """
 
+    name = "paad"
+    settings_type = PaadSettings
     columns: ClassVar[tuple[str, ...]] = ("image", "trajectory_image", "laser_scan")
     candidate_columns: ClassVar[tuple[str, ...]] = ("trajectory_image",)
 
@@ -148,11 +288,14 @@ class Paad(SuccessModel):
         that are not judged count nothing. In training the scan is rebuilt from a sampled code,
         else from the mean.
         """
+        # The scan, (B, beams) within 0 and 1, and its codes' distribution, (B, F / 2) twice.
         ranges = self._ranges(observation)
         codes = self.scan.encode(ranges)
         sampled = codes.sample() if self.training else codes.mean
+        # Steps' cross-entropy, (B, T).
         logits = self.score_each(self._features(observation, codes), observation).float()
         entropy = binary_cross_entropy_with_logits(logits, success, reduction="none")
+        # The three terms, each a mean over rows.
         scan_weight = weight.view(len(ranges), -1).mean(dim=1)
         reconstruction = self.scan.reconstruction_error(ranges, sampled)
         means = {

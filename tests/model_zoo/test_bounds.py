@@ -20,7 +20,7 @@ from model_zoo.training.recipe import Recipe
 from tests.model_zoo.number_bounds import Number, numbers, with_number
 from tests.model_zoo.training.smallest import SMALLEST, make_rows
 
-SETTINGS: dict[str, type[Settings]] = {name: entry.settings for name, entry in MODELS.items()}
+SETTINGS: dict[str, type[Settings]] = {name: model.settings_type for name, model in MODELS.items()}
 OTHERS: dict[str, tuple[type[Settings], dict[str, Any]]] = {
     "recipe": (Recipe, Recipe(augmentation={}).model_dump(mode="json")),
     "machine": (Machine, Machine().model_dump(mode="json")),
@@ -51,7 +51,7 @@ def planned(name: str, number: Number, value: object) -> SuccessModel | None:
     """The model without memory; None where the numbers together make none, and it is said."""
     try:
         chosen = model_settings(name, "small", **with_number(smallest(name), number.place, value))
-        return plan_model(lambda: MODELS[name].build(chosen), name)
+        return plan_model(lambda: MODELS[name](chosen), name)
     except ZooError:
         return None
 
@@ -165,7 +165,7 @@ def test_planning_draws_nothing_from_the_generator() -> None:
         first = create_model(name, "small", **SMALLEST[name])
         torch.manual_seed(5)
         chosen = model_settings(name, "small", **SMALLEST[name])
-        second = MODELS[name].build(chosen)
+        second = MODELS[name](chosen)
         pairs = zip(first.state_dict().values(), second.state_dict().values(), strict=True)
         assert all(torch.equal(*pair) for pair in pairs)
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import torch
 from torch.nn.functional import conv2d
 
-from model_zoo.layers.cbam import Cbam
+from model_zoo.layers.resnet18 import Cbam
 
 
 def test_its_first_spatial_map_is_a_half() -> None:

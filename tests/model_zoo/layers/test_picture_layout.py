@@ -8,13 +8,13 @@ import sys
 import pytest
 import torch
 
-from model_zoo.picture_input import laid_out, normalised_picture
+from model_zoo.layers.picture_input import laid_out, normalised_picture
 
 TRAINED_ON_TWO_THREADS = """
 import torch
-from model_zoo.layers.resnet8 import ResNet8
+from model_zoo.models.nmfnet import ResNet8
 from model_zoo.layers.resnet18 import ResNet18
-from model_zoo.picture_input import normalised_picture
+from model_zoo.layers.picture_input import normalised_picture
 
 torch.set_num_threads(2)
 network = {network}

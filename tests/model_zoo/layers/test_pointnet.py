@@ -12,10 +12,10 @@ from model_zoo.layers.pointnet import (
     PointNet,
     PointNetSettings,
     PointNetTrunk,
+    PointwiseMaximum,
+    PointwiseStack,
     orthogonality_penalty,
 )
-from model_zoo.layers.pointwise_maximum import PointwiseMaximum
-from model_zoo.layers.pointwise_stack import PointwiseStack
 
 Module = TypeVar("Module", bound=nn.Module)
 SMALL = PointNetSettings(channels=(8, 16, 32), hidden=(16, 8), chunk=10)

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from model_zoo.contract import Observation, SuccessModel
-from model_zoo.models.graspe_family import GraspeFamily
+from model_zoo.models.graspe import GraspeFamily
 from model_zoo.registry import create_model, model_settings
 
 Observe = Callable[[int], Observation]

@@ -8,7 +8,7 @@ from torch import nn
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import Observation, SuccessModel
-from model_zoo.layers.scene_branches import _PlacewiseFusion
+from model_zoo.models.nmfnet import _PlacewiseFusion
 from model_zoo.registry import create_model
 
 Observe = Callable[[int], Observation]

@@ -9,8 +9,8 @@ from torch.nn.functional import binary_cross_entropy
 
 from graspe_data.errors import ZooError
 from model_zoo.contract import Observation
+from model_zoo.layers.picture_input import normalised_picture
 from model_zoo.models.paad import Paad, PaadSettings
-from model_zoo.picture_input import normalised_picture
 from model_zoo.registry import create_model
 
 Observe = Callable[[int], Observation]

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch.nn.functional import max_pool2d
 
-from model_zoo.picture_input import lower_drawing, normalised_picture, shrunk_drawing
+from model_zoo.layers.picture_input import lower_drawing, normalised_picture, shrunk_drawing
 
 
 def test_colours_are_normalised_one_by_one() -> None:

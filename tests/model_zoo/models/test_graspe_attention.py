@@ -5,11 +5,11 @@ from torch import Tensor, nn
 from torch.nn.functional import elu
 from torch_geometric.nn import GATConv, GCNConv
 
-from model_zoo.layers.attention_graph_network import (
+from model_zoo.models.graspe import (
     AttentionGraphNetwork,
     AttentionGraphSettings,
+    degree_scale,
 )
-from model_zoo.layers.dense_gcn import degree_scale
 
 Case = tuple[Tensor, Tensor, Tensor]
 

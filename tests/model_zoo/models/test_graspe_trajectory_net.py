@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from torch import nn
 
 from graspe_data.errors import ZooError
-from model_zoo.layers.trajectory_net import TrajectoryNet, TrajectoryNetSettings, _length
+from model_zoo.models.graspe import TrajectoryNet, TrajectoryNetSettings, _length
 
 
 @pytest.mark.parametrize(("size", "stride"), [((240, 320), 2), ((120, 160), 1)])

@@ -3,7 +3,7 @@ from __future__ import annotations
 import torch
 from torch_geometric.nn import GATConv
 
-from model_zoo.layers.dense_gat import DenseGat
+from model_zoo.models.graspe import DenseGat
 
 
 def test_it_equals_pyg_on_random_complete_graphs() -> None:

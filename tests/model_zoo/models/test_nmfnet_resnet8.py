@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from model_zoo.layers.resnet8 import ResNet8, SameConv2d
+from model_zoo.models.nmfnet import ResNet8, SameConv2d
 
 
 @pytest.mark.parametrize(("channels", "count"), [(3, 309_984), (1, 308_384)])

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch import Tensor
 
-from model_zoo.layers.reliability_graph import FeatureCounts, ReliabilityGraph
+from model_zoo.models.graspe import FeatureCounts, ReliabilityGraph
 
 COUNTS = FeatureCounts()
 UNIT = st.floats(0, 1, width=32)

@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from graspe_data.errors import ZooError
-from model_zoo.layers.velocity_net import VelocityNet, VelocityNetSettings
+from model_zoo.models.graspe import VelocityNet, VelocityNetSettings
 
 
 def test_the_printed_dilations_give_the_printed_features() -> None:

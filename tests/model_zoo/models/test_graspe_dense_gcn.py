@@ -3,7 +3,7 @@ from __future__ import annotations
 import torch
 from torch_geometric.nn import GCNConv
 
-from model_zoo.layers.dense_gcn import DenseGcn, degree_scale
+from model_zoo.models.graspe import DenseGcn, degree_scale
 
 
 def test_it_equals_pyg_on_random_graphs() -> None:

@@ -1,4 +1,4 @@
-"""A fixed number of points from as many as there are, and those near the robot."""
+"""Point clouds of a dataset as networks read them: near ones, a fixed number, bounded."""
 
 from __future__ import annotations
 
@@ -48,3 +48,18 @@ def nearby_points(points: Tensor, point_count: Tensor, reach: float) -> tuple[Te
     order = torch.zeros_like(target[:, :1]).repeat(1, capacity + 1).scatter(1, target, place)
     index = order[:, :capacity, None].expand(-1, -1, points.shape[2])
     return points.gather(1, index), near.sum(1)
+
+
+def bounded(points: Tensor, half_range: float) -> Tensor:
+    """Points (..., 3), p / (half_range + |p|): directions stay, and lengths lie within 0 and 1.
+
+    Divided by a constant, trees a hundred metres away spread the coordinates so far that batch
+    normalisation leaves a rock two metres ahead nothing to be told by. So near lengths are told
+    apart in units of ``half_range``, at which a length is 0.5, and far ones hardly.
+
+    Args:
+        points: Metres.
+        half_range: Metres.
+    """
+    length: Tensor = torch.linalg.vector_norm(points, dim=-1, keepdim=True)
+    return points / (half_range + length)

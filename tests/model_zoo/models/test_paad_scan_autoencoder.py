@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch.distributions import Independent, Normal, kl_divergence
 
-from model_zoo.layers.svae import Posterior, ScanAutoencoder
+from model_zoo.models.paad import Posterior, ScanAutoencoder
 
 
 def test_parameter_counts_of_the_published_sizes() -> None:

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from graspe_data.errors import ZooError
-from model_zoo.scan_input import clipped_scan
+from model_zoo.layers.scan_input import clipped_scan
 
 
 def test_nothing_returned_reads_as_far() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graspe_data.errors import ZooError
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
-from model_zoo.distance_map import DistanceMap
+from model_zoo.models.nmfnet import DistanceMap
 
 BEAMS = 720
 
