@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
+from graspe_data.observation.catalogue import BY_NAME, Entry
 from graspe_data.shards import Dataset
 
 Tell = Callable[[str, int, int], None]
@@ -41,11 +42,7 @@ def check_contents(
             tell(f"checking {split} shards", passed, len(rows))
 
 
-INFINITE_WHERE_EMPTY = frozenset({"laser_scan"})
-PADDED = frozenset({"points", "intensity", "smoothness"})
 COUNT, RECORDING = "point_count", "recording"
-SHARES = frozenset({"r_bright", "r_corners", "r_img", "r_edge", "r_planar", "r_point"})
-"""Columns of numbers in 0..1."""
 ROWS_AT_ONCE = 128
 
 
@@ -68,7 +65,7 @@ def check_values(dataset: Dataset, tell: Tell | None = None) -> None:
         return
     extra = {column.name for column in dataset.index.columns} & {COUNT}
     names = {column.name for column in floats} | extra
-    most = min((c.shape[0] for c in floats if c.name in PADDED), default=None)
+    most = min((c.shape[0] for c in floats if _entry(c).padded), default=None)
     reader = Dataset(dataset.path, dataset.split, names)
     for begin in range(0, len(reader), ROWS_AT_ONCE):
         end = min(begin + ROWS_AT_ONCE, len(reader))
@@ -82,16 +79,23 @@ def check_values(dataset: Dataset, tell: Tell | None = None) -> None:
                 raise ZooError(_describe(dataset, column, begin + row))
 
 
+def _entry(column: Column) -> Entry:
+    """What the catalogue says of a column; of one that it does not have, nothing special."""
+    plain = Entry(column.name, column.dtype, column.shape, column.unit, "", "", "extract")
+    return BY_NAME.get(column.name, plain)
+
+
 def _faulty_rows(column: Column, batch: dict[str, NDArray[np.generic]]) -> Iterator[int]:
     values = batch[column.name].astype(np.float32, copy=False)
-    sound = ~np.isnan(values) if column.name in INFINITE_WHERE_EMPTY else np.isfinite(values)
-    if column.name in SHARES:
+    entry = _entry(column)
+    sound = ~np.isnan(values) if entry.empty == "inf" else np.isfinite(values)
+    if entry.share:
         sound &= (values >= 0) & (values <= 1)
-    if column.name in PADDED and COUNT in batch:
+    if entry.padded and COUNT in batch:
         counts = batch[COUNT].astype(np.int64)
         padding = np.arange(values.shape[1]) >= counts[:, None]
         sound |= padding.reshape(*padding.shape, *(1 for _ in values.shape[2:]))
-    elif column.name in PADDED:
+    elif entry.padded:
         sound |= np.isnan(values)
     yield from np.flatnonzero(~sound.reshape(len(values), -1).all(axis=1)).tolist()
 
@@ -114,7 +118,7 @@ def _describe(dataset: Dataset, column: Column, row: int) -> str:
 
 
 def _fault(column: Column) -> str:
-    if column.name in SHARES:
+    if _entry(column).share:
         return "a number that is not finite, or outside of 0..1"
     return f"a number that is not finite, expected {column.unit or 'numbers'}"
 

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 from graspe_data.errors import GraspeError
 from graspe_data.recordings import recording_digest
 from graspe_data.recordings.layout import storage_files
-from graspe_data.whole_folder import whole_folder
 from pipelines.dataset_settings import DatasetRecipe
-from pipelines.stage import StageRecord, read_record, stage_folder
-from pipelines.stages.candidates import candidates, candidates_key
-from pipelines.stages.extract import ExtractRecord, extract, extract_key
-from pipelines.stages.label import LabelRecord, find_annotation, label, label_key
-from pipelines.stages.reliability import reliability, reliability_key
-from pipelines.stages.trajectory import trajectory, trajectory_key
-
-Record = TypeVar("Record", bound=StageRecord)
+from pipelines.extract_record import ExtractRecord
+from pipelines.stage_record import StageRecord, stage_folder
+from pipelines.stages.label import LabelRecord, find_annotation
+from pipelines.stages.sequence import STAGES
+from pipelines.stages.stage import Work, after
 
 
 @dataclass(frozen=True)
@@ -38,13 +33,20 @@ class Episode:
     path: Path
     digest: str
     extracted: ExtractRecord
-    labelled: LabelRecord
     records: dict[str, StageRecord]
     folders: dict[str, Path]
     done_now: tuple[str, ...]
     """The stages that this run had to do."""
     files: tuple[str, ...] = ()
     """The names of its files, parts of one recording perhaps."""
+
+    @property
+    def labelled(self) -> LabelRecord:
+        """What the stage ``label`` left."""
+        record = self.records["label"]
+        if not isinstance(record, LabelRecord):
+            raise TypeError(type(record))
+        return record
 
 
 @dataclass(frozen=True)
@@ -74,56 +76,18 @@ def process_recording(task: RecordingTask) -> Episode | Refusal:
 
 def _stages(task: RecordingTask, digest: str) -> Episode:
     recipe = task.recipe.for_recording(task.path.name)
-    dataset = recipe.dataset
     home = task.episodes / digest[:16]
-    done_now: list[str] = []
+    work = Work(task.path, digest, recipe, find_annotation(task.path, digest))
+    records: dict[str, StageRecord] = {}
     folders: dict[str, Path] = {}
-
-    def run(stage: str, key: str, model: type[Record], work: Callable[[Path], Record]) -> Record:
-        folder = folders[stage] = stage_folder(home, stage, key)
-        record = read_record(folder, model, key)
-        if record is None:
-            with whole_folder(folder) as partial:
-                record = work(partial)
-            done_now.append(stage)
-        return record
-
-    extracted = run(
-        "extract",
-        extract_key(recipe, digest),
-        ExtractRecord,
-        lambda folder: extract(task.path, digest, recipe, folder),
-    )
-    episode = folders["extract"]
-    reliable = run(
-        "reliability",
-        reliability_key(dataset, extracted),
-        StageRecord,
-        lambda folder: reliability(dataset, extracted, episode, folder),
-    )
-    drawn = run(
-        "trajectory",
-        trajectory_key(recipe, extracted),
-        StageRecord,
-        lambda folder: trajectory(recipe, extracted, episode, folder),
-    )
-    annotation = find_annotation(task.path, digest)
-    labelled = run(
-        "label",
-        label_key(dataset, extracted, annotation),
-        LabelRecord,
-        lambda folder: label(dataset, extracted, annotation, episode, folder),
-    )
-    done: list[StageRecord] = [extracted, reliable, drawn, labelled]
-    if (asked := dataset.candidates) is not None:
-        answered = run(
-            "candidates",
-            candidates_key(recipe, asked, extracted),
-            StageRecord,
-            lambda folder: candidates(task.path, recipe, asked, extracted, episode, folder),
-        )
-        done.append(answered)
-    records = {record.stage: record for record in done}
+    done_now: list[str] = []
+    for stage in STAGES:
+        if not stage.wanted(recipe):
+            continue
+        record, is_new = stage.run_once(work, partial(stage_folder, home, stage.name))
+        records[stage.name] = record
+        folders[stage.name] = stage_folder(home, stage.name, record.key)
+        done_now += [stage.name] if is_new else []
+        work = after(work, record, folders[stage.name])
     files = tuple(file.name for file in storage_files(task.path))
-    done_here = tuple(done_now)
-    return Episode(task.path, digest, extracted, labelled, records, folders, done_here, files)
+    return Episode(task.path, digest, work.rows, records, folders, tuple(done_now), files)

@@ -17,15 +17,12 @@ from graspe_data.recordings import recording_digest
 from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from graspe_data.shards.stored_columns import decode_rows
-from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
+from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import StoredColumn, whole_column
-from pipelines.stages.candidates import candidates
-from pipelines.stages.extract import extract
-from pipelines.stages.label import LabelRecord, find_annotation, label
-from pipelines.stages.reliability import reliability
-from pipelines.stages.trajectory import trajectory
-
-STAGES = ("extract", "reliability", "trajectory", "candidates", "label")
+from pipelines.stage_record import StageRecord
+from pipelines.stages.label import find_annotation
+from pipelines.stages.sequence import STAGES
+from pipelines.stages.stage import Work, after
 
 
 @dataclass(frozen=True)
@@ -127,11 +124,11 @@ def _compare(
 ) -> Iterator[str]:
     stamps = np.concatenate([choice.stamps for choice in choices])
     with tempfile.TemporaryDirectory(prefix="graspe-") as scratch:
-        folders = {stage: Path(scratch) / stage for stage in STAGES}
+        folders: dict[str, Path] = {each.name: Path(scratch) / each.name for each in STAGES}
         for stage in folders.values():
             stage.mkdir()
-        labelled = _derive(recipe, entry, path, folders, stamps)
-        stale = labelled.key != entry.stages.get("label")
+        records = _derive(recipe, entry, path, folders, stamps)
+        stale = records["label"].key != entry.stages.get("label")
         if stale:
             yield (
                 f"{entry.name}: its labels file, or this program, changed since the build: run "
@@ -160,16 +157,14 @@ def _derive(
     path: Path,
     folders: dict[str, Path],
     stamps: NDArray[np.int64],
-) -> LabelRecord:
-    dataset: DatasetManifest = recipe.dataset
-    extracted = extract(path, entry.digest, recipe, folders["extract"], only=stamps)
-    episode = folders["extract"]
-    reliability(dataset, extracted, episode, folders["reliability"])
-    trajectory(recipe, extracted, episode, folders["trajectory"])
-    if (asked := dataset.candidates) is not None:
-        candidates(path, recipe, asked, extracted, episode, folders["candidates"])
-    annotation = find_annotation(path, entry.digest)
-    return label(dataset, extracted, annotation, episode, folders["label"])
+) -> dict[str, StageRecord]:
+    work = Work(path, entry.digest, recipe, find_annotation(path, entry.digest), only=stamps)
+    records: dict[str, StageRecord] = {}
+    for stage in STAGES:
+        if stage.wanted(recipe):
+            records[stage.name] = stage.run(work, folders[stage.name])
+            work = after(work, records[stage.name], folders[stage.name])
+    return records
 
 
 def _row(column: Column, derived: StoredColumn, rows: NDArray[np.intp]) -> bytes | None:

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-_PICTURES = ("image", "trajectory_image")
-_CANDIDATES = "candidate_image"
+from graspe_data.observation.catalogue import BY_NAME
 
 
 def mirror(batch: dict[str, Tensor], rows: NDArray[np.bool_] | Tensor) -> dict[str, Tensor]:
@@ -31,30 +30,31 @@ def mirror(batch: dict[str, Tensor], rows: NDArray[np.bool_] | Tensor) -> dict[s
     mirrored = dict(batch)
     if not len(index):
         return mirrored
-    for name in _PICTURES:
-        if name in batch:
-            mirrored[name] = batch[name].clone()
-            _flip(mirrored[name].numpy(), index)
-    if _CANDIDATES in batch:
-        mirrored[_CANDIDATES] = batch[_CANDIDATES].clone()
-        mirrored[_CANDIDATES][index] = batch[_CANDIDATES][index].flip(-1)
-    if "points" in batch:
-        mirrored["points"] = _negated(batch["points"], index, component=1)
-    if "velocity_history" in batch:
-        mirrored["velocity_history"] = _negated(batch["velocity_history"], index, component=1)
-    if "laser_scan" in batch:
-        mirrored["laser_scan"] = batch["laser_scan"].clone()
-        mirrored["laser_scan"][index] = batch["laser_scan"][index].flip(-1)
+    for name, column in batch.items():
+        entry = BY_NAME.get(name)
+        if entry is not None and entry.mirror != "same":
+            mirrored[name] = column.clone()
+            _CHANGES[entry.mirror](mirrored[name], index)
     return mirrored
 
 
-def _flip(pictures: NDArray[Any], index: NDArray[np.intp]) -> None:
+def _flip_pixels(pictures: Tensor, index: NDArray[np.intp]) -> None:
+    values: NDArray[Any] = pictures.numpy()
     for row in index:
-        picture = pictures[row].view(np.uint8)
+        picture = values[row].view(np.uint8)
         picture[:] = cv2.flip(picture, 1)
 
 
-def _negated(column: Tensor, index: NDArray[np.intp], component: int) -> Tensor:
-    negated = column.clone()
-    negated[index, ..., component] *= -1
-    return negated
+def _flip_order(column: Tensor, index: NDArray[np.intp]) -> None:
+    column[index] = column[index].flip(-1)
+
+
+def _negate_second(column: Tensor, index: NDArray[np.intp]) -> None:
+    column[index, ..., 1] *= -1
+
+
+_CHANGES = {
+    "flip_pixels": _flip_pixels,
+    "flip_order": _flip_order,
+    "negate_second": _negate_second,
+}

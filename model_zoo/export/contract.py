@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,9 @@ from graspe_data.bundle_contract import (
     Thresholds,
     Tolerance,
 )
+from graspe_data.columns import Column
 from graspe_data.errors import ZooError
+from graspe_data.observation.catalogue import BY_NAME, columns_of
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.config import InputColumn
 from model_zoo.export.graphs import CANDIDATES, OPSET, OUTPUT
@@ -118,52 +121,30 @@ def decision_weights(horizon: int, decay: float = DECAY) -> NDArray[np.float64]:
 def _inputs(observation: ObservationContract) -> dict[str, GraphTensor]:
     """Every column that a model may read, as a planner must derive it."""
     height, width = observation.picture_size
-    points, history = observation.points, observation.history_steps
-    tensors = (
-        GraphTensor(
-            name="image",
-            dtype="uint8",
-            shape=(1, height, width, 3),
-            unit="grey value",
-            frame="camera",
-            meaning="RGB, undistorted and resized",
-        ),
-        GraphTensor(
-            name="points",
-            dtype="float32",
-            shape=(1, points.sample.count, 3),
-            unit="m",
-            frame="base_link",
-            meaning="front half of the cloud, sampled; NaN past point_count",
-        ),
-        GraphTensor(name="point_count", dtype="int32", shape=(1,), unit="1", meaning="real points"),
-        GraphTensor(
-            name="laser_scan",
-            dtype="float32",
-            shape=(1, points.laser_scan.rays),
-            unit="m",
-            frame="base_link",
-            meaning="least horizontal range, right to left; inf if none",
-        ),
-        GraphTensor(
-            name="velocity_history",
-            dtype="float32",
-            shape=(1, history, 2),
-            unit="m/s, rad/s",
-            frame="base_link",
-            meaning="oldest first, last when the picture was taken",
-        ),
-        GraphTensor(
-            name=CANDIDATES,
-            dtype="uint8",
-            shape=("K", height, width),
-            frame="camera",
-            meaning="ground covered by the candidate's constant-velocity arc, 1 inside, else 0",
-        ),
-        GraphTensor(name="r_img", dtype="float32", shape=(1,), unit="1", meaning="equation (2)"),
-        GraphTensor(name="r_point", dtype="float32", shape=(1,), unit="1", meaning="equation (5)"),
+    points = observation.points
+    sizes = {
+        "height": height,
+        "width": width,
+        "points": points.sample.count,
+        "rays": points.laser_scan.rays,
+        "history": observation.history_steps,
+    }
+    frames = {"base": "base_link", "camera": "camera"}
+    columns = {column.name: column for column in columns_of(sizes, frames)}
+    return {name: _tensor(column) for name, column in columns.items() if BY_NAME[name].live}
+
+
+def _tensor(column: Column) -> GraphTensor:
+    """A column of one scene, or of each of K candidates."""
+    leading: tuple[int | Literal["K"], ...] = ("K",) if column.name == CANDIDATES else (1,)
+    return GraphTensor(
+        name=column.name,
+        dtype=column.dtype,
+        shape=(*leading, *column.shape),
+        unit=column.unit,
+        frame=column.frame,
+        meaning=column.meaning,
     )
-    return {tensor.name: tensor for tensor in tensors}
 
 
 def _check(column: InputColumn, inputs: Mapping[str, GraphTensor], checkpoint: Checkpoint) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,51 +12,39 @@ from graspe_data.errors import StageError
 from graspe_data.known_outcomes import KnownOutcomes, read_outcomes
 from pipelines.dataset_settings import CandidateSettings, DatasetRecipe
 from pipelines.episode import EpisodeWriter, whole_column
-from pipelines.row_columns import candidate_columns
-from pipelines.stage import StageRecord, stage_key, write_record
-from pipelines.stages.extract import ExtractRecord
-from pipelines.stages.trajectory import predicted_trajectory, trajectory_key
+from pipelines.extract_record import ExtractRecord
+from pipelines.stage_record import StageRecord, stage_key
+from pipelines.stages.stage import Stage, Work
+from pipelines.stages.trajectory import TRAJECTORY, predicted_trajectory, trajectory_parameters
 
-VERSION = 1
 TOLERANCE_NS = 1_000_000
 
 
-def candidates_key(
-    recipe: DatasetRecipe, settings: CandidateSettings, extracted: ExtractRecord
-) -> str:
-    """The key of the candidates stage: what draws a trajectory, and which candidates."""
-    asked = settings.model_dump(mode="json")
-    return stage_key("candidates", VERSION, drawn=trajectory_key(recipe, extracted), asked=asked)
+def _asked(recipe: DatasetRecipe) -> CandidateSettings:
+    if recipe.dataset.candidates is None:
+        raise TypeError("the manifest asks for no candidates")
+    return recipe.dataset.candidates
 
 
-def candidates(
-    source: Path,
-    recipe: DatasetRecipe,
-    settings: CandidateSettings,
-    extracted: ExtractRecord,
-    episode: Path,
-    folder: Path,
-) -> StageRecord:
+def _parameters(work: Work) -> dict[str, Any]:
+    drawn = stage_key("trajectory", TRAJECTORY.version, **trajectory_parameters(work))
+    return {"drawn": drawn, "asked": _asked(work.recipe).model_dump(mode="json")}
+
+
+def candidates(work: Work, folder: Path, key: str) -> StageRecord:
     """Write the candidates of an episode's rows, drawn as the driven trajectory is.
 
     A row without an answer within 1 ms of its anchor has no candidates: its mask is all False.
-
-    Args:
-        source: The recording.
-        recipe: The dataset and robot manifests.
-        settings: The topic, and how many candidates a row keeps.
-        extracted: The record of the extract stage, with the camera's calibration.
-        episode: The folder of the extract stage.
-        folder: An empty folder.
 
     Raises:
         RecordingError: The recording has no such topic.
         StageError: It knows of fewer candidates, or of other steps, than the dataset asks for.
     """
+    source, recipe, extracted, episode = work.path, work.recipe, work.rows, work.episode
+    settings = _asked(recipe)
     known = read_outcomes(source, settings.topic)
     _check(known, recipe, settings, extracted)
-    columns = candidate_columns(recipe.dataset, settings)
-    with EpisodeWriter(folder, columns, extracted.rows) as writer:
+    with EpisodeWriter(folder, work.columns("candidates"), extracted.rows) as writer:
         moments = _nearest(known, whole_column(episode, "stamp_ns"))
         predicted = predicted_trajectory(recipe, extracted) if extracted.rows else None
         for row, moment in enumerate(moments.tolist()):
@@ -73,14 +62,17 @@ def candidates(
                 },
             )
         digests = writer.digests()
-    record = StageRecord(
-        stage="candidates",
-        key=candidates_key(recipe, settings, extracted),
-        rows=extracted.rows,
-        columns=digests,
-    )
-    write_record(folder, record)
-    return record
+    return StageRecord(stage="candidates", key=key, rows=extracted.rows, columns=digests)
+
+
+CANDIDATES = Stage(
+    "candidates",
+    1,
+    StageRecord,
+    _parameters,
+    candidates,
+    lambda recipe: recipe.dataset.candidates is not None,
+)
 
 
 def _nearest(known: KnownOutcomes, stamps_ns: NDArray[np.int64]) -> NDArray[np.intp]:

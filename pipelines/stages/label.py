@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +19,10 @@ from graspe_data.observation.labels import (
     propose,
     read_annotation,
 )
-from pipelines.dataset_settings import DatasetManifest
 from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.motion_files import read_motion
-from pipelines.row_columns import label_columns
-from pipelines.stage import StageRecord, stage_key, write_record
-from pipelines.stages.extract import ExtractRecord
-
-VERSION = 1
+from pipelines.stage_record import StageRecord
+from pipelines.stages.stage import Stage, Work
 
 
 class LabelRecord(StageRecord):
@@ -46,65 +43,51 @@ def find_annotation(recording: Path, recording_digest: str) -> Annotation | None
     return read_annotation(path, recording_digest) if path.is_file() else None
 
 
-def label_key(
-    manifest: DatasetManifest, extracted: ExtractRecord, annotation: Annotation | None
-) -> str:
-    """The key of the label stage: the extract stage, the rules, and what the annotation says."""
+def _parameters(work: Work) -> dict[str, Any]:
+    """The extract stage, the rules, and what the annotation says."""
+    annotation, manifest = work.annotation, work.recipe.dataset
     said = canonical_json(annotation.model_dump(mode="json"), indent=None) if annotation else ""
-    return stage_key(
-        "label",
-        VERSION,
-        extract=extracted.key,
-        annotation=hashlib.sha256(said.encode()).hexdigest(),
-        proposals=manifest.proposals.model_dump(mode="json"),
-        labels=manifest.labels.model_dump(mode="json"),
-        horizon=manifest.horizon.model_dump(mode="json"),
-    )
+    return {
+        "extract": work.rows.key,
+        "annotation": hashlib.sha256(said.encode()).hexdigest(),
+        "proposals": manifest.proposals.model_dump(mode="json"),
+        "labels": manifest.labels.model_dump(mode="json"),
+        "horizon": manifest.horizon.model_dump(mode="json"),
+    }
 
 
-def label(
-    manifest: DatasetManifest,
-    extracted: ExtractRecord,
-    annotation: Annotation | None,
-    episode: Path,
-    folder: Path,
-) -> LabelRecord:
-    """Write the label columns of an episode.
-
-    Args:
-        manifest: The dataset manifest.
-        extracted: The record of the extract stage.
-        annotation: What people said, or None.
-        episode: The folder of the extract stage.
-        folder: An empty folder.
+def label(work: Work, folder: Path, key: str) -> LabelRecord:
+    """Write the label columns of an episode into an empty folder.
 
     Raises:
         ObservationError: Proposals nobody reviewed, and the manifest says ``unreviewed: fail``.
         StageError: An interval of the annotation lies outside the recording.
     """
-    series = read_motion(episode)
+    annotation, extracted, manifest = work.annotation, work.rows, work.recipe.dataset
+    series = read_motion(work.episode)
     proposals = propose(series, manifest.proposals)
     if annotation is not None:
         _check_within(annotation, series.odometry.stamps_ns, extracted.recording)
     decided = decide(proposals, annotation, manifest.labels.unreviewed)
-    anchors = whole_column(episode, "stamp_ns")
+    anchors = whole_column(work.episode, "stamp_ns")
     labels = label_rows(anchors, series.odometry, decided, manifest.label_settings)
-    with EpisodeWriter(folder, label_columns(manifest), extracted.rows) as writer:
+    with EpisodeWriter(folder, work.columns("label"), extracted.rows) as writer:
         writer.write_all("success", labels.success)
         writer.write_all("success_mask", labels.mask)
         writer.write_all("label_source", labels.source)
         digests = writer.digests()
-    record = LabelRecord(
+    return LabelRecord(
         stage="label",
-        key=label_key(manifest, extracted, annotation),
+        key=key,
         rows=extracted.rows,
         columns=digests,
         annotated=annotation is not None,
         events=decided.counts,
         unavailable={str(kind): reason for kind, reason in proposals.unavailable.items()},
     )
-    write_record(folder, record)
-    return record
+
+
+LABEL = Stage("label", 1, LabelRecord, _parameters, label)
 
 
 def _check_within(annotation: Annotation, stamps_ns: NDArray[np.int64], recording: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,52 +12,37 @@ from graspe_data.geometry import Transform
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter, whole_column
-from pipelines.row_columns import trajectory_columns
-from pipelines.stage import StageRecord, stage_key, write_record
-from pipelines.stages.extract import ExtractRecord
-
-VERSION = 1
+from pipelines.extract_record import ExtractRecord
+from pipelines.stage_record import StageRecord
+from pipelines.stages.stage import Stage, Work
 
 
-def trajectory_key(recipe: DatasetRecipe, extracted: ExtractRecord) -> str:
-    """The key of the trajectory stage."""
-    return stage_key(
-        "trajectory",
-        VERSION,
-        extract=extracted.key,
-        horizon=recipe.dataset.horizon.model_dump(mode="json"),
-        width=recipe.robot.footprint.width,
-        behind=recipe.dataset.trajectory_image.behind,
-    )
+def trajectory_parameters(work: Work) -> dict[str, Any]:
+    """What decides how a trajectory is drawn."""
+    recipe = work.recipe
+    return {
+        "extract": work.rows.key,
+        "horizon": recipe.dataset.horizon.model_dump(mode="json"),
+        "width": recipe.robot.footprint.width,
+        "behind": recipe.dataset.trajectory_image.behind,
+    }
 
 
-def trajectory(
-    recipe: DatasetRecipe, extracted: ExtractRecord, episode: Path, folder: Path
-) -> StageRecord:
-    """Write the trajectory images of an episode.
-
-    Args:
-        recipe: The dataset and robot manifests.
-        extracted: The record of the extract stage, with the camera's calibration.
-        episode: The folder of the extract stage.
-        folder: An empty folder.
-    """
+def trajectory(work: Work, folder: Path, key: str) -> StageRecord:
+    """Write the trajectory images of an episode into an empty folder."""
+    recipe, extracted, episode = work.recipe, work.rows, work.episode
     history, stamps = whole_column(episode, "velocity_history"), whole_column(episode, "stamp_ns")
-    with EpisodeWriter(folder, trajectory_columns(recipe.dataset), extracted.rows) as writer:
+    with EpisodeWriter(folder, work.columns("trajectory"), extracted.rows) as writer:
         drawers = trajectory_drawers(recipe, extracted) if extracted.rows else []
         for row in range(extracted.rows):
             v, omega = history[row, -1].tolist()
             drawn = next(d for until, d in drawers if stamps[row] < until).draw(v, omega)
             writer.write(row, {"trajectory_image": np.packbits(drawn, axis=-1)})
         digests = writer.digests()
-    record = StageRecord(
-        stage="trajectory",
-        key=trajectory_key(recipe, extracted),
-        rows=extracted.rows,
-        columns=digests,
-    )
-    write_record(folder, record)
-    return record
+    return StageRecord(stage="trajectory", key=key, rows=extracted.rows, columns=digests)
+
+
+TRAJECTORY = Stage("trajectory", 1, StageRecord, trajectory_parameters, trajectory)
 
 
 def trajectory_drawers(

@@ -18,7 +18,8 @@ from pipelines.executors import Workers
 from pipelines.process_recording import RecordingTask, Refusal, process_recording
 from pipelines.rederive import rederive_rows
 from pipelines.report import page
-from pipelines.stages.extract import extract_key
+from pipelines.stages.extract import EXTRACT
+from pipelines.stages.stage import Work
 from tests.pipelines.conftest import RecordingFactory
 
 COARSE = LayerSettings(grid=GridSettings(cells=50, cell_m=0.2))
@@ -72,9 +73,9 @@ def test_the_layers_are_part_of_the_key_where_the_column_is_asked_for(
     recipe: DatasetRecipe,
 ) -> None:
     keys = {
-        extract_key(chosen, "x") for chosen in (asking(recipe), asking(recipe, LayerSettings()))
+        EXTRACT.key(Work(Path("x"), "x", chosen))
+        for chosen in (asking(recipe), asking(recipe, LayerSettings()), recipe)
     }
-    keys |= {extract_key(recipe, "x")}
     assert len(keys) == 3
 
 

@@ -22,6 +22,7 @@ from graspe_data.simulation.motion.drivers import Leg
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import whole_column
 from pipelines.stages.extract import extract
+from pipelines.stages.stage import Work
 from tests.conftest import GardenDrive
 from tests.graspe_data.recordings.decoding.encoded_video import (
     HEIGHT,
@@ -84,7 +85,7 @@ def shown(path: Path, recipe: DatasetRecipe, folder: Path) -> tuple[Any, dict[in
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     with open_recording(path):
-        record = extract(path, recording_digest(path), recipe, folder)
+        record = extract(Work(path, recording_digest(path), recipe), folder, "key")
     if not record.rows:
         return record, {}
     stamps, images = whole_column(folder, "stamp_ns"), whole_column(folder, "image")
