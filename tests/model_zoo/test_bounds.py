@@ -113,8 +113,8 @@ def test_within_its_bounds_it_makes_a_model_or_an_error_in_words(data: st.DataOb
 @pytest.mark.parametrize("name", MODELS)
 def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(name: str) -> None:
     rows = {key: torch.from_numpy(column) for key, column in make_rows(3, 0, 0).items()}
-    made = 0
-    for number in numbers(SETTINGS[name]):
+    tried, made = numbers(SETTINGS[name]), 0
+    for number in tried:
         lowest = int(number.lowest()) if number.whole else number.lowest()
         content = with_number(smallest(name), number.place, lowest)
         try:
@@ -126,7 +126,7 @@ def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(n
         made += 1
         assert found.shape == (3, model.horizon)
         assert found.isfinite().all(), number
-    assert made > 5
+    assert made >= min(6, len(tried) // 2)
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,11 @@ SMALLEST: dict[str, dict[str, Any]] = {
     "nmfnet_trajectory": _NMFNET | {"path_features": 4},
     "paad": _PAAD,
 }
-"""Settings that differ from those of the preset ``small``."""
+"""Settings that differ from those of the preset ``small``; a model without is small by itself."""
+for _name, _model in MODELS.items():
+    _sizes = {"horizon": HORIZON, "beams": BEAMS}
+    _fields = _model.settings_type.model_fields
+    SMALLEST.setdefault(_name, {key: _sizes[key] for key in _sizes if key in _fields})
 
 
 def make_rows(rows: int, seed: int, recording: int) -> Arrays:
