@@ -12,9 +12,7 @@ from graspe_data.documents import Sha256
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
-from graspe_data.observation.image_reliability import ImageReliabilitySettings
-from graspe_data.observation.observe_points import PointObservationSettings
-from graspe_data.observation.point_reliability import PointReliabilitySettings
+from graspe_data.observation.settings import Count, ObservationSettings
 from graspe_data.robot import Footprint, Intrinsics, Limits, Vector3
 from graspe_data.sealed_folder import SealedFolder
 
@@ -34,7 +32,6 @@ BUNDLE = SealedFolder(
     remedy="Export the bundle again with `graspe export`, or copy it again.",
 )
 
-Count = Annotated[int, Field(ge=1, le=100_000)]
 Seconds = Annotated[float, Field(gt=0)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
@@ -61,36 +58,6 @@ class GraphTensor(Settings):
     unit: str = ""
     frame: str = ""
     meaning: str = ""
-
-
-class ObservationContract(Settings):
-    """All that ``graspe_data.observation`` needs to derive the inputs from what sensors give.
-
-    Attributes:
-        picture_size: Height and width of the picture and of the trajectory images, pixels.
-        points: How a cloud is observed.
-        image_reliability: Equations (1) and (2).
-        point_reliability: Equations (4) and (5).
-        history_steps: Velocities of the history, the last of them now.
-        history_step_s: Time between them.
-        odometry_gap_s: Velocities are not interpolated across a longer gap.
-        points_tolerance_s: How old a cloud was at most when a picture was taken.
-        horizon_steps: Steps of the trajectory drawn into the picture.
-        horizon_step_s: Time between them.
-        drawn_from_behind: Metres behind the robot's camera from which the trajectory is drawn.
-    """
-
-    picture_size: tuple[Count, Count]
-    points: PointObservationSettings
-    image_reliability: ImageReliabilitySettings
-    point_reliability: PointReliabilitySettings
-    history_steps: Count
-    history_step_s: Seconds
-    odometry_gap_s: Seconds
-    points_tolerance_s: Annotated[float, Field(ge=0)]
-    horizon_steps: Count
-    horizon_step_s: Seconds
-    drawn_from_behind: Annotated[float, Field(ge=0, le=100)] = 0.0
 
 
 class SensorPose(Settings):
@@ -144,7 +111,7 @@ class RobotContract(Settings):
 class Assumptions(Settings):
     """What a model's training data were made with."""
 
-    observation: ObservationContract
+    observation: ObservationSettings
     robot: RobotContract
 
 
@@ -220,7 +187,7 @@ class BundleContract(Settings):
     uses_candidates: bool
     temperature: Annotated[float, Field(gt=0)] = 1.0
     decision: Decision
-    observation: ObservationContract
+    observation: ObservationSettings
     robot: RobotContract
     dataset_digest: Sha256
     checkpoint_digest: Sha256

@@ -18,61 +18,16 @@ from graspe_data.manifest import (
     read_yaml,
     shipped_manifests,
 )
-from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.intensity_map import LayerSettings, ReturnSettings
 from graspe_data.observation.labels import LabelSettings, ProposalSettings, Unreviewed
-from graspe_data.observation.laser_scan import LaserScanSettings
-from graspe_data.observation.observe_points import PointObservationSettings
-from graspe_data.observation.point_reliability import PointReliabilitySettings
-from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import ObservationManifest, ObservationSettings
 from graspe_data.robot import Clock, Clocks, Robot, load_robot
 from graspe_data.synchronisation.clocks import ClockSettings
-from graspe_data.synchronisation.row_plan import SynchronisationSettings
+from graspe_data.synchronisation.row_plan import SynchronisationSettings, WindowSettings
 
 Split = Literal["train", "validation", "test"]
 OptionalColumn = Literal["smoothness", "intensity_map"]
 Count = Annotated[int, Field(ge=1)]
-
-
-class ImageSettings(Settings):
-    """The size of the stored picture."""
-
-    width: Annotated[int, Field(ge=16, le=4096)] = 320
-    height: Annotated[int, Field(ge=16, le=4096)] = 240
-
-
-class PointSettings(Settings):
-    """How a cloud is observed; what the robot decides stands in the robot's manifest."""
-
-    neighbours: Annotated[int, Field(ge=1, le=1000)] = 5
-    """Of equation (3), to each side on the ring."""
-    sample: PointSampleSettings = PointSampleSettings()
-    laser_scan: LaserScanSettings = LaserScanSettings()
-
-
-class HorizonSettings(Settings):
-    """The constant-velocity arc that a row is about."""
-
-    steps: Annotated[int, Field(ge=1, le=1000)] = 10
-    step_s: Annotated[float, Field(gt=0)] = 0.3
-
-
-class TrajectoryImageSettings(Settings):
-    """How the arc is drawn."""
-
-    behind: Annotated[float, Field(ge=0, le=100)] = 0.0
-    """Metres behind the robot's camera from which it is seen; 0 as the camera itself sees it."""
-
-
-class WindowSettings(Settings):
-    """The velocity history and the tolerances of synchronisation."""
-
-    anchor_rate: Annotated[float, Field(gt=0)] = 10.0
-    history_steps: Annotated[int, Field(ge=1, le=10_000)] = 50
-    history_step_s: Annotated[float, Field(gt=0)] = 0.1
-    points_tolerance_s: Annotated[float, Field(ge=0)] = 0.1
-    odometry_gap_s: Annotated[float, Field(gt=0)] = 0.25
-    points_required: bool = True
 
 
 class LabelRules(Settings):
@@ -160,7 +115,7 @@ class StorageSettings(Settings):
     optional_columns: tuple[OptionalColumn, ...] = ("smoothness",)
 
 
-class DatasetManifest(Settings):
+class DatasetManifest(ObservationManifest):
     """What a dataset is made of and how. Every field is a knob; the defaults are the paper's."""
 
     name: str
@@ -168,14 +123,8 @@ class DatasetManifest(Settings):
     """A robot manifest: the name of one that ships, or a path beside this file."""
     seed: int = 0
     window: WindowSettings = WindowSettings()
-    horizon: HorizonSettings = HorizonSettings()
-    trajectory_image: TrajectoryImageSettings = TrajectoryImageSettings()
-    image: ImageSettings = ImageSettings()
-    points: PointSettings = PointSettings()
     intensity_map: LayerSettings = LayerSettings()
     """Of the optional column; ignored without it."""
-    image_reliability: ImageReliabilitySettings = ImageReliabilitySettings()
-    point_reliability: PointReliabilitySettings = PointReliabilitySettings()
     candidates: CandidateSettings | None = None
     """Only simulated recordings know them; null leaves the columns out."""
     proposals: ProposalSettings = ProposalSettings()
@@ -224,18 +173,9 @@ class DatasetRecipe(Settings):
         return self
 
     @property
-    def point_observation(self) -> PointObservationSettings:
-        """How the robot's clouds are observed."""
-        points, lidar = self.dataset.points, self.robot.lidar
-        return PointObservationSettings(
-            neighbours=points.neighbours,
-            sample=points.sample,
-            laser_scan=points.laser_scan,
-            rings=lidar.rings,
-            intensity_maximum=lidar.intensity_maximum,
-            minimum_range=lidar.minimum_range,
-            base_height=self.robot.base_height,
-        )
+    def observation(self) -> ObservationSettings:
+        """How the robot's sensors are observed."""
+        return self.dataset.on_robot(self.robot)
 
     @property
     def intensity_returns(self) -> ReturnSettings:

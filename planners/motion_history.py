@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.bundle_contract import ObservationContract
 from graspe_data.errors import PlannerError
 from graspe_data.observation.odometry_series import PoseSeries, odometry_series
+from graspe_data.observation.settings import HistorySettings
 from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.sensor_data import Motion
 from planners.situation import Situation
@@ -16,7 +16,7 @@ _NAN = float("nan")
 
 
 def motion_history(
-    situation: Situation, moment_ns: int, settings: ObservationContract
+    situation: Situation, moment_ns: int, settings: HistorySettings
 ) -> NDArray[np.float32]:
     """Velocities up to a moment, float32 (H, 2), m/s and rad/s, oldest first.
 
@@ -64,7 +64,7 @@ def _row(motion: Motion) -> tuple[float, ...]:
 
 
 def _uncovered(
-    situation: Situation, first_ns: int, moment_ns: int, settings: ObservationContract
+    situation: Situation, first_ns: int, moment_ns: int, settings: HistorySettings
 ) -> str:
     stamps = [motion.stamp_ns for motion in situation.motions if motion.stamp_ns is not None]
     begin, end = ((stamp - moment_ns) / 1e9 for stamp in (min(stamps), max(stamps)))

@@ -5,30 +5,30 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from graspe_data.arrays import Indices, Mask, Stamps
-from graspe_data.manifest import Positive, Settings
+from graspe_data.manifest import Positive
 from graspe_data.observation.odometry_series import PoseSamples, PoseSeries, sample_odometry
+from graspe_data.observation.settings import HistorySettings
 from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.synchronisation.clocks import SECOND
 
 
-class SynchronisationSettings(Settings):
-    """Rates, windows and tolerances of a row; seconds and Hz."""
+class WindowSettings(HistorySettings):
+    """Which moments of a recording make a row: rate, Hz, history and tolerances."""
 
     anchor_rate: Positive = 10.0
-    history_steps: Annotated[int, Field(ge=1, le=10_000)] = 50
-    history_step_s: Positive = 0.1
-    horizon_s: Positive = 3.0
-    points_tolerance_s: Annotated[float, Field(ge=0)] = 0.1
-    odometry_gap_s: Positive = 0.25
     points_required: bool = True
     """False keeps rows without a cloud, marked ``points_valid = False``."""
+
+
+class SynchronisationSettings(WindowSettings):
+    """The window, and how far ahead odometry has to reach."""
+
+    horizon_s: Positive = 3.0
 
 
 @dataclass(frozen=True)

@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict, model_validator
 
-from graspe_data.bundle_contract import (
-    Assumptions,
-    Count,
-    ObservationContract,
-    RobotContract,
-    Seconds,
-)
+from graspe_data.bundle_contract import Assumptions, RobotContract
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
-from graspe_data.observation.image_reliability import ImageReliabilitySettings
-from graspe_data.observation.laser_scan import LaserScanSettings
-from graspe_data.observation.observe_points import PointObservationSettings
-from graspe_data.observation.point_reliability import PointReliabilitySettings
-from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import HistorySettings, ObservationManifest
 from graspe_data.robot import Mounting, Robot
 from graspe_data.shards.dataset_manifest import DatasetIndex
 
@@ -39,74 +29,32 @@ def read_assumptions(index: DatasetIndex) -> Assumptions | None:
         return None
     where = f"configuration of the dataset {index.name}"
     try:
-        knobs = validate(_mapping(told["dataset"]), _Knobs, where)
+        observed = validate(_mapping(told["dataset"]), _ToldObservation, where)
         robot = validate(_mapping(told["robot"]), Robot, where)
-        return Assumptions(observation=_observation(knobs, robot), robot=_robot(index, robot))
+        return Assumptions(observation=observed.on_robot(robot), robot=_robot(index, robot))
     except (ManifestError, ValueError, TypeError) as error:
         raise ZooError(f"{error}\nBuild the dataset again.") from error
 
 
-class _Part(BaseModel):
-    """The keys of a dataset's manifest that matter here; it has others."""
+class _ToldHistory(HistorySettings):
+    """The window of a dataset says more than its history."""
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
-
-
-class _Window(_Part):
-    history_steps: Count
-    history_step_s: Seconds
-    points_tolerance_s: float
-    odometry_gap_s: Seconds
+    model_config = ConfigDict(extra="ignore")
 
 
-class _Horizon(_Part):
-    steps: Count
-    step_s: Seconds
+class _ToldObservation(ObservationManifest):
+    """The manifest of a dataset says more than how it observes."""
 
+    model_config = ConfigDict(extra="ignore")
 
-class _TrajectoryImage(_Part):
-    behind: float = 0.0
+    window: _ToldHistory
 
-
-class _Image(_Part):
-    width: Count
-    height: Count
-
-
-class _Points(_Part):
-    neighbours: Count
-    sample: PointSampleSettings
-    laser_scan: LaserScanSettings
-
-
-class _Knobs(_Part):
-    window: _Window
-    horizon: _Horizon
-    trajectory_image: _TrajectoryImage = _TrajectoryImage()
-    image: _Image
-    points: _Points
-    image_reliability: ImageReliabilitySettings
-    point_reliability: PointReliabilitySettings
-
-
-def _observation(knobs: _Knobs, robot: Robot) -> ObservationContract:
-    window, lidar = knobs.window, robot.lidar
-    return ObservationContract(
-        picture_size=(knobs.image.height, knobs.image.width),
-        points=PointObservationSettings(
-            **dict(knobs.points),
-            rings=lidar.rings,
-            intensity_maximum=lidar.intensity_maximum,
-            minimum_range=lidar.minimum_range,
-            base_height=robot.base_height,
-        ),
-        image_reliability=knobs.image_reliability,
-        point_reliability=knobs.point_reliability,
-        **dict(window),
-        horizon_steps=knobs.horizon.steps,
-        horizon_step_s=knobs.horizon.step_s,
-        drawn_from_behind=knobs.trajectory_image.behind,
-    )
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        needed = ObservationManifest.model_fields.keys() - {"trajectory_image"}
+        if missing := sorted(needed - self.model_fields_set):
+            raise ValueError(f"{', '.join(missing)}: missing")
+        return self
 
 
 def _robot(index: DatasetIndex, robot: Robot) -> RobotContract:

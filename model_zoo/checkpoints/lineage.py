@@ -82,7 +82,7 @@ def check_observed_alike(trained: object, found: object, where: str) -> None:
     What describes the robot may differ: a model may be tried on another one.
 
     Args:
-        trained: ``ObservationContract`` of the checkpoint, as JSON has it.
+        trained: ``ObservationSettings`` of the checkpoint, as JSON has it.
         found: That of the dataset.
         where: The dataset, for the error's text.
 

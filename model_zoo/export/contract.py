@@ -13,13 +13,13 @@ from graspe_data.bundle_contract import (
     BundleContract,
     Decision,
     GraphTensor,
-    ObservationContract,
     Thresholds,
     Tolerance,
 )
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.observation.catalogue import BY_NAME, columns_of
+from graspe_data.observation.settings import ObservationSettings
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.config import InputColumn
 from model_zoo.export.graphs import CANDIDATES, OPSET, OUTPUT
@@ -85,7 +85,7 @@ def bundle_contract(
 
 
 def planner_inputs(
-    checkpoint: Checkpoint, observation: ObservationContract
+    checkpoint: Checkpoint, observation: ObservationSettings
 ) -> dict[str, GraphTensor]:
     """The columns that a model reads, as a planner must derive them.
 
@@ -118,7 +118,7 @@ def decision_weights(horizon: int, decay: float = DECAY) -> NDArray[np.float64]:
     return np.asarray(weights / weights.sum())
 
 
-def _inputs(observation: ObservationContract) -> dict[str, GraphTensor]:
+def _inputs(observation: ObservationSettings) -> dict[str, GraphTensor]:
     """Every column that a model may read, as a planner must derive it."""
     height, width = observation.picture_size
     points = observation.points

@@ -68,7 +68,7 @@ class SecondPass:
         }
         self._pictures = PictureDecoder(recording.topics[topics.image].message_type, topics.image)
         self._clouds = CloudSource(recording, topics.points, recipe.robot.lidar)
-        self._settings = recipe.point_observation
+        self._settings = recipe.observation.points
         self._scale = self._intensity_scale() if wanted.any() else None
         self._mounts: list[Transform] = []
         self._cloud_ns, self._cloud_number = _cloud_times(plan), -1

@@ -8,20 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from graspe_data.observation.settings import HorizonSettings, ImageSettings, PointSettings
 from graspe_data.recordings.writing import Container
 from graspe_data.robot import Mounting
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.recording import record_drive
-from pipelines.dataset_settings import (
-    DatasetManifest,
-    DatasetRecipe,
-    HorizonSettings,
-    ImageSettings,
-    PointSettings,
-    StorageSettings,
-    WindowSettings,
-    load_recipe,
-)
+from graspe_data.synchronisation.row_plan import WindowSettings
+from pipelines.dataset_settings import DatasetManifest, DatasetRecipe, StorageSettings, load_recipe
 from tests.conftest import GardenDrive
 
 LEGS = (Leg(2.5, 0.6, 0.0), Leg(1.5, 0.5, 0.3), Leg(1.5, 0.5, 0.0), Leg(1.0, -0.4, 0.0))

@@ -98,7 +98,7 @@ def test_the_command_tells_how_far_both_agree(exported: tuple[Path, Result]) -> 
 def test_the_pipelines_settings_are_the_contracts(exported: tuple[Path, Result]) -> None:
     content = json.loads((exported[0] / CONTRACT_FILE).read_text())
     contract, recipe = BundleContract.model_validate(content), load_recipe("field")
-    assert contract.observation.points == recipe.point_observation
+    assert contract.observation == recipe.observation
     assert contract.observation.image_reliability == recipe.dataset.image_reliability
     assert contract.observation.point_reliability == recipe.dataset.point_reliability
     assert contract.observation.history_step_s == recipe.dataset.window.history_step_s

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import HorizonSettings, ImageSettings, PointSettings
 from graspe_data.recordings.writing import Container, RecordingWriter
 from graspe_data.robot import Robot
 from graspe_data.simulation.habits.carried_clouds import clouds_in_odometry_frame
@@ -30,14 +31,8 @@ from graspe_data.simulation.habits.transforms import (
 from graspe_data.simulation.lidar.settings import LidarSettings
 from graspe_data.simulation.message_stream import MessageStream
 from graspe_data.simulation.motion.drivers import Leg
-from pipelines.dataset_settings import (
-    DatasetManifest,
-    DatasetRecipe,
-    HorizonSettings,
-    ImageSettings,
-    PointSettings,
-    WindowSettings,
-)
+from graspe_data.synchronisation.row_plan import WindowSettings
+from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import whole_column
 from pipelines.process_recording import Episode, RecordingTask, process_recording
 from tests.conftest import GardenDrive

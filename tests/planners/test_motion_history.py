@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from graspe_data.bundle_contract import ObservationContract
 from graspe_data.errors import ObservationError, PlannerError
+from graspe_data.observation.settings import ObservationSettings
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion
 from planners.calibration import Calibration
@@ -18,7 +18,7 @@ from tests.planners.tiny_bundle import HISTORY, tiny_contract
 
 
 @pytest.fixture
-def settings(robot: Robot, calibration: Calibration) -> ObservationContract:
+def settings(robot: Robot, calibration: Calibration) -> ObservationSettings:
     return tiny_contract(robot, calibration).observation
 
 
@@ -30,7 +30,7 @@ def _motions(*samples: tuple[float, float | None]) -> tuple[Motion, ...]:
 
 
 def test_samples_are_interpolated_oldest_first(
-    situation: Situations, settings: ObservationContract
+    situation: Situations, settings: ObservationSettings
 ) -> None:
     motions = _motions(*((0.05 * step, 5 + 0.05 * step) for step in range(-60, 1)))
     history = motion_history(replace(situation(), motions=motions), NOW - 10**8, settings)
@@ -41,7 +41,7 @@ def test_samples_are_interpolated_oldest_first(
 
 
 def test_the_order_of_the_motions_does_not_matter(
-    situation: Situations, settings: ObservationContract
+    situation: Situations, settings: ObservationSettings
 ) -> None:
     asked = situation()
     turned = replace(asked, motions=asked.motions[::-1])
@@ -50,7 +50,7 @@ def test_the_order_of_the_motions_does_not_matter(
 
 
 def test_the_velocity_of_now_stands_after_the_latest_motion(
-    situation: Situations, settings: ObservationContract
+    situation: Situations, settings: ObservationSettings
 ) -> None:
     motions = _motions(*((0.05 * step, 0.0) for step in range(-60, -2)))
     asked = replace(situation(velocity=(0.4, 0.1)), motions=motions)
@@ -61,14 +61,14 @@ def test_the_velocity_of_now_stands_after_the_latest_motion(
 
 @pytest.mark.parametrize("span", [(-20, 1), (-60, -8)])
 def test_motions_that_do_not_cover_the_history(
-    situation: Situations, settings: ObservationContract, span: tuple[int, int]
+    situation: Situations, settings: ObservationSettings, span: tuple[int, int]
 ) -> None:
     motions = _motions(*((0.05 * step, 0.0) for step in range(*span)))
     with pytest.raises(PlannerError, match=r"the velocity history needs -1\.90 s to 0"):
         motion_history(replace(situation(), motions=motions), NOW, settings)
 
 
-def test_a_gap_is_not_bridged(situation: Situations, settings: ObservationContract) -> None:
+def test_a_gap_is_not_bridged(situation: Situations, settings: ObservationSettings) -> None:
     steps = [step for step in range(-60, 1) if not -20 < step < -10]
     motions = _motions(*((0.05 * step, 0.0) for step in steps))
     with pytest.raises(PlannerError, match="without a gap longer than"):
@@ -77,7 +77,7 @@ def test_a_gap_is_not_bridged(situation: Situations, settings: ObservationContra
 
 @pytest.mark.parametrize("motions", [(), _motions((-1.0, 0.0)), _motions((-1.0, None), (0, None))])
 def test_too_few_motions(
-    situation: Situations, settings: ObservationContract, motions: tuple[Motion, ...]
+    situation: Situations, settings: ObservationSettings, motions: tuple[Motion, ...]
 ) -> None:
     with pytest.raises(ObservationError, match="usable odometry samples"):
         motion_history(replace(situation(), motions=motions), NOW - 10**9, settings)

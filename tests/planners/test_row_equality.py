@@ -9,24 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graspe_data.bundle_contract import BundleContract, ObservationContract
+from graspe_data.bundle_contract import BundleContract
 from graspe_data.geometry import Transform
 from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import ImageSettings, PointSettings, TrajectoryImageSettings
 from graspe_data.recordings.decoding import cloud_decoder, decode_image, decode_motion
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion, Picture, PointCloud
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.recording import record_drive
+from graspe_data.synchronisation.row_plan import WindowSettings
 from graspe_data.synchronisation.synchronised import synchronise
-from pipelines.dataset_settings import (
-    DatasetManifest,
-    DatasetRecipe,
-    ImageSettings,
-    PointSettings,
-    TrajectoryImageSettings,
-    WindowSettings,
-)
+from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import whole_column
 from pipelines.process_recording import Episode, RecordingTask, process_recording
 from planners.calibration import Calibration
@@ -142,22 +137,8 @@ def _situations(recorded: Recorded) -> Iterator[Situation]:
 
 
 def _contract(recorded: Recorded) -> BundleContract:
-    recipe, dataset = recorded.recipe, recorded.recipe.dataset
-    whole = tiny_contract(recipe.robot, recorded.calibration)
-    observation = ObservationContract(
-        picture_size=(dataset.image.height, dataset.image.width),
-        points=recipe.point_observation,
-        image_reliability=dataset.image_reliability,
-        point_reliability=dataset.point_reliability,
-        history_steps=dataset.window.history_steps,
-        history_step_s=dataset.window.history_step_s,
-        odometry_gap_s=dataset.window.odometry_gap_s,
-        points_tolerance_s=dataset.window.points_tolerance_s,
-        horizon_steps=dataset.horizon.steps,
-        horizon_step_s=dataset.horizon.step_s,
-        drawn_from_behind=dataset.trajectory_image.behind,
-    )
-    return whole.model_copy(update={"observation": observation})
+    whole = tiny_contract(recorded.recipe.robot, recorded.calibration)
+    return whole.model_copy(update={"observation": recorded.recipe.observation})
 
 
 def _stored(episode: Episode, name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:

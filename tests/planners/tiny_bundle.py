@@ -22,7 +22,6 @@ from graspe_data.bundle_contract import (
     BundleContract,
     Decision,
     GraphTensor,
-    ObservationContract,
     RobotContract,
     SensorPose,
 )
@@ -30,6 +29,7 @@ from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import ObservationSettings
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Robot
 from graspe_data.sealed_folder import SEAL_FILE, seal_text
@@ -169,8 +169,8 @@ def scene_graph() -> bytes:
     return _model(nodes, constants, FEATURES, [output])
 
 
-def _observation(robot: Robot) -> ObservationContract:
-    return ObservationContract(
+def _observation(robot: Robot) -> ObservationSettings:
+    return ObservationSettings(
         picture_size=(HEIGHT, WIDTH),
         points=PointObservationSettings(
             sample=PointSampleSettings(count=POINTS),

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graspe_data.bundle_contract import ObservationContract
 from graspe_data.errors import ZooError
+from graspe_data.observation.settings import ObservationSettings
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
 from model_zoo.checkpoints.lineage import Lineage, check_observed_alike
 from model_zoo.checkpoints.load import read_description
@@ -78,7 +78,7 @@ def test_recordings_that_are_new_do() -> None:
 
 
 def observation(**changes: Any) -> dict[str, Any]:
-    made = ObservationContract.model_validate(
+    made = ObservationSettings.model_validate(
         {
             "picture_size": (240, 320),
             "points": {},
