@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import multiprocessing
 import os
 import threading
@@ -15,12 +14,10 @@ from multiprocessing.connection import wait
 from typing import TypeVar
 
 import cv2
-import numpy as np
 
 from pipelines.dask_cluster import run_on_cluster
 
 PRELOADED = ["pipelines.process_recording", "pipelines.stages.shard"]
-KEPT_BYTES = 16 << 20
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -45,7 +42,6 @@ def run_all(
     Raises:
         StageError: The cluster cannot be reached, or went away.
     """
-    function = partial(_with_steady_memory, function)
     if workers.scheduler is not None:
         yield from run_on_cluster(workers.scheduler, partial(_in_one_thread, function), tasks)
         return
@@ -92,20 +88,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
-
-
-def _with_steady_memory(function: Callable[[Task], Result], task: Task) -> Result:
-    """Do a task without what memory management would do for every message of it.
-
-    glibc gives back freed blocks larger than any freed before, and new ones are faulted in page by
-    page. A full collection looks through all that stands, modules for the most part.
-    """
-    np.empty(KEPT_BYTES, np.uint8)
-    gc.freeze()
-    try:
-        return function(task)
-    finally:
-        gc.unfreeze()
 
 
 def _in_one_thread(function: Callable[[Task], Result], task: Task) -> Result:
