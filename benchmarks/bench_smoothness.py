@@ -12,8 +12,9 @@ from scipy.spatial import cKDTree
 
 from benchmarks.measurement import Measurement, render_table
 from graspe_data.geometry import Transform
-from graspe_data.observation.observe_points import PointObservationSettings, observe_points
+from graspe_data.observation.observe import observe_points
 from graspe_data.observation.ring_order import ring_order
+from graspe_data.observation.settings import PointObservationSettings
 from graspe_data.observation.smoothness import smoothness
 from graspe_data.sensor_data import PointCloud
 

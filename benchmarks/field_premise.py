@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
-from graspe_data.observation.observe_points import PointObservationSettings, observe_points
+from graspe_data.observation.observe import observe_points
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
+from graspe_data.observation.settings import PointObservationSettings
 from graspe_data.sensor_data import PointCloud
 from graspe_data.simulation.camera.lens_cover import LensCover
 from graspe_data.simulation.scenario import Scenario, load_scenario

@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 
 from graspe_data.bundle_contract import BundleContract
 from graspe_data.errors import PlannerError
-from graspe_data.observation.image_reliability import image_reliability
-from graspe_data.observation.observe_points import observe_points
-from graspe_data.observation.point_reliability import point_reliability
+from graspe_data.observation.observe import observe
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics
-from graspe_data.sensor_data import Picture, PointCloud
 from planners.calibration import Calibration
 from planners.drawn_trajectories import DrawnTrajectories
 from planners.lidar_clouds import LidarClouds
@@ -101,10 +98,25 @@ class Observer:
             raise PlannerError(f"no {missing}: the model needs the latest one.")
         history = self.history(situation)
         self._frame.check(picture.frame, situation.motions)
-        image, r_img = self._see(picture)
-        columns, r_point = self._feel(self._clouds.cloud(situation))
-        columns |= {"image": image, "velocity_history": history}
-        columns |= {"r_img": np.array(r_img, np.float32), "r_point": np.array(r_point, np.float32)}
+        cloud = self._clouds.cloud(situation)
+        found = observe(
+            picture.rgb,
+            cloud,
+            self._rectifier,
+            self._calibration.base_from_lidar,
+            self._settings,
+            row_seed(0, self._source, cloud.stamp_ns),
+        )
+        r_img, r_point = found.reliabilities["r_img"], found.reliabilities["r_point"]
+        columns: dict[str, NDArray[np.generic]] = {
+            "image": found.image,
+            "points": found.points.points,
+            "point_count": np.array(found.points.point_count, np.int32),
+            "laser_scan": found.points.laser_scan,
+            "velocity_history": history,
+            "r_img": np.array(r_img, np.float32),
+            "r_point": np.array(r_point, np.float32),
+        }
         return Observation({name: value[None] for name, value in columns.items()}, r_img, r_point)
 
     def history(self, situation: Situation) -> NDArray[np.float32]:
@@ -121,19 +133,3 @@ class Observer:
     def trajectory_images(self, velocities: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s."""
         return self._drawn.draw(velocities)
-
-    def _see(self, picture: Picture) -> tuple[NDArray[np.uint8], float]:
-        image = self._rectifier.apply(picture.rgb)
-        return image, image_reliability(image, self._settings.image_reliability).r_img
-
-    def _feel(self, cloud: PointCloud) -> tuple[dict[str, NDArray[np.generic]], float]:
-        mounting = self._calibration.base_from_lidar
-        seed = row_seed(0, self._source, cloud.stamp_ns)
-        observed = observe_points(cloud, mounting, self._settings.points, seed)
-        measured = observed.smoothness[: observed.point_count]
-        columns: dict[str, NDArray[np.generic]] = {
-            "points": observed.points,
-            "point_count": np.array(observed.point_count, np.int32),
-            "laser_scan": observed.laser_scan,
-        }
-        return columns, point_reliability(measured, self._settings.point_reliability).r_point

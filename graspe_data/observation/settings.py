@@ -14,13 +14,36 @@ from pydantic import Field, model_validator
 from graspe_data.manifest import Positive, Settings
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.laser_scan import LaserScanSettings
-from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
 from graspe_data.robot import Robot
 
 Count = Annotated[int, Field(ge=1, le=100_000)]
 Behind = Annotated[float, Field(ge=0, le=100)]
+
+
+class PointObservationSettings(Settings):
+    """How a cloud is observed; all from ``rings`` on describe the robot, lengths in metres.
+
+    Returns nearer than ``minimum_range`` hit the robot, and coordinates beyond ``maximum_range``
+    are damage; neither counts.
+    """
+
+    neighbours: Annotated[int, Field(gt=0, le=1000)] = 5
+    sample: PointSampleSettings = PointSampleSettings()
+    laser_scan: LaserScanSettings = LaserScanSettings()
+    rings: Annotated[int, Field(ge=1, le=256)] | None = None
+    intensity_maximum: Annotated[float, Field(gt=0)] = 255.0
+    minimum_range: Annotated[float, Field(ge=0)] = 0.0
+    maximum_range: Annotated[float, Field(gt=0, le=1e6)] = 1000.0
+    base_height: float = 0.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        near, far = self.minimum_range, self.maximum_range
+        if near > far:
+            raise ValueError(f"minimum_range {near} is above maximum_range {far}")
+        return self
 
 
 class HistorySettings(Settings):

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-from graspe_data.observation.image_reliability import image_reliability
-from graspe_data.observation.point_reliability import point_reliability
+from graspe_data.observation.observe import rate_picture, rate_points
 from model_zoo.augmentation.lidar_failure import (
     LidarFailure,
     lose_points,
@@ -96,7 +95,7 @@ def _fail_picture(
     image = columns["image"][row]
     image[:] = retake(image, failure.picture, settings.sensor, failure.generator(_PICTURE))
     if not columns.keys().isdisjoint(OF_IMAGE):
-        _put(columns, row, vars(image_reliability(image, settings.image_reliability)))
+        _put(columns, row, rate_picture(image, settings.image_reliability))
 
 
 def _fail_points(
@@ -112,9 +111,9 @@ def _fail_points(
     columns["points"][row, : len(index)] *= way[:, None]
     columns["point_count"][row] = len(index)
     if "smoothness" in columns:
-        smoothness = columns["smoothness"][row, : len(index)]
-        smoothness[:] = scattered_smoothness(smoothness, way)
-        _put(columns, row, vars(point_reliability(smoothness, settings.point_reliability)))
+        smoothness = columns["smoothness"][row]
+        smoothness[: len(index)] = scattered_smoothness(smoothness[: len(index)], way)
+        _put(columns, row, rate_points(smoothness, len(index), settings.point_reliability))
 
 
 def _put(columns: Arrays, row: int, values: dict[str, float]) -> None:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graspe_data.observation.image_reliability import image_reliability
-from graspe_data.observation.point_reliability import point_reliability
+from graspe_data.observation.observe import rate_picture, rate_points
 from pipelines.episode import EpisodeWriter, StoredColumn, whole_column
 from pipelines.stage_record import StageRecord
 from pipelines.stages.stage import Stage, Work
@@ -36,10 +35,9 @@ def reliability(work: Work, folder: Path, key: str) -> StageRecord:
         EpisodeWriter(folder, columns, extracted.rows) as writer,
     ):
         for row in range(extracted.rows):
-            picture = image_reliability(images.row(row), manifest.image_reliability)
-            measured = smoothness.row(row)[: counts[row]]
-            cloud = point_reliability(measured, manifest.point_reliability)
-            found = {**vars(picture), **vars(cloud)}
+            seen = rate_picture(images.row(row), manifest.image_reliability)
+            felt = rate_points(smoothness.row(row), counts[row], manifest.point_reliability)
+            found = seen | felt
             values[:, row] = [found[name] for name in names]
         for name, column in zip(names, values, strict=True):
             writer.write_all(name, column)

@@ -14,7 +14,7 @@ from graspe_data.errors import GeometryError, ObservationError, RecordingError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map import intensity_layers, store_layers
 from graspe_data.observation.intensity_map.strength import IntensityScale
-from graspe_data.observation.observe_points import observe_points
+from graspe_data.observation.observe import observe_points
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.undistortion import Rectifier, rectifier
 from graspe_data.recordings.decoding import PictureDecoder
@@ -193,13 +193,7 @@ class SecondPass:
     def _point_columns(self, cloud: PointCloud, base_from_lidar: Transform) -> Values:
         seed = row_seed(self.recipe.dataset.seed, self.digest, cloud.stamp_ns)
         observation = observe_points(cloud, base_from_lidar, self._settings, seed)
-        return self._intensity_columns(cloud, base_from_lidar) | {
-            "points": observation.points,
-            "intensity": observation.intensity,
-            "point_count": observation.point_count,
-            "smoothness": observation.smoothness,
-            "laser_scan": observation.laser_scan,
-        }
+        return self._intensity_columns(cloud, base_from_lidar) | observation.columns()
 
     def _intensity_columns(
         self, cloud: PointCloud, base_from_lidar: Transform

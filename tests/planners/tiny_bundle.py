@@ -26,10 +26,9 @@ from graspe_data.bundle_contract import (
     SensorPose,
 )
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
-from graspe_data.observation.observe_points import PointObservationSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
-from graspe_data.observation.settings import ObservationSettings
+from graspe_data.observation.settings import ObservationSettings, PointObservationSettings
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Robot
 from graspe_data.sealed_folder import SEAL_FILE, seal_text

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from graspe_data.manifest import find_manifest, load_manifest
-from graspe_data.observation.observe_points import PointObservationSettings, observe_points
+from graspe_data.observation.observe import observe_points
+from graspe_data.observation.settings import PointObservationSettings
 from graspe_data.recordings.decoding import decode_image, decode_motion, decode_points
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud

@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from graspe_data.geometry import Transform
-from graspe_data.observation.observe_points import PointObservationSettings, observe_points
+from graspe_data.observation.observe import observe_points
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
+from graspe_data.observation.settings import PointObservationSettings
 from graspe_data.robot import Mounting
 from graspe_data.sensor_data import PointCloud
 from graspe_data.simulation.lidar.lidar import Lidar

@@ -1,6 +1,6 @@
-"""One row's points: canonical, in base_link, sampled, with a scan of the full cloud."""
+"""One observation: points in base_link, a scan of the full cloud, and the equations on both."""
 
-from dataclasses import astuple, replace
+from dataclasses import asdict, astuple, replace
 
 import numpy as np
 import pytest
@@ -11,13 +11,15 @@ from pydantic import ValidationError
 
 from graspe_data.errors import ObservationError
 from graspe_data.geometry import Transform, rotation_from_rpy
+from graspe_data.manifest import find_manifest
+from graspe_data.observation.image_reliability import image_reliability
 from graspe_data.observation.laser_scan import laser_scan
-from graspe_data.observation.observe_points import (
-    PointObservation,
-    PointObservationSettings,
-    observe_points,
-)
+from graspe_data.observation.observe import PointObservation, observe, observe_points
+from graspe_data.observation.point_reliability import point_reliability
 from graspe_data.observation.point_sample import PointSampleSettings
+from graspe_data.observation.settings import ObservationManifest, PointObservationSettings
+from graspe_data.observation.undistortion import rectifier
+from graspe_data.robot import Intrinsics, load_robot
 from graspe_data.sensor_data import PointCloud
 
 MOUNTED = Transform(rotation_from_rpy(0.01, 0.05, 0.3), np.array([0.2, 0.0, 0.6]))
@@ -127,3 +129,19 @@ def test_a_field_that_holds_no_ring_numbers_is_refused() -> None:
 def test_a_nearest_return_beyond_the_furthest_is_refused() -> None:
     with pytest.raises(ValidationError, match=r"minimum_range 2000\.0 is above maximum_range"):
         PointObservationSettings(minimum_range=2000.0)
+
+
+def test_a_picture_and_a_cloud_are_composed_by_the_equations(cloud: PointCloud) -> None:
+    picture = np.random.default_rng(3).integers(0, 256, (60, 80, 3), np.uint8)
+    camera = Intrinsics(width=80, height=60, fx=60.0, fy=60.0, cx=40.0, cy=30.0)
+    shrink = rectifier(camera, (40, 30))
+    asked = ObservationManifest().on_robot(load_robot(find_manifest("robots", "spot")))
+    asked = asked.model_copy(update={"points": SETTINGS})
+    found = observe(picture, cloud, shrink, MOUNTED, asked, 5)
+    assert np.array_equal(found.image, shrink.apply(picture))
+    assert _bytes(found.points) == _bytes(observe_points(cloud, MOUNTED, SETTINGS, 5))
+    seen = image_reliability(found.image, asked.image_reliability)
+    felt = point_reliability(found.points.smoothness, asked.point_reliability)
+    assert found.reliabilities == {**asdict(seen), **asdict(felt)}
+    assert found.points.point_count < cloud.xyz.shape[0]
+    assert found.reliabilities["r_planar"] > 0
