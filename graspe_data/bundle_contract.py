@@ -12,6 +12,7 @@ from graspe_data.documents import Sha256
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.manifest import Settings
+from graspe_data.observation.catalogue import columns_of
 from graspe_data.observation.settings import Count, ObservationSettings
 from graspe_data.robot import Footprint, Intrinsics, Limits, Vector3
 from graspe_data.sealed_folder import SealedFolder
@@ -233,16 +234,11 @@ class BundleContract(Settings):
 
     def _columns_fit(self) -> None:
         """Columns that the observation makes have the shapes that it makes."""
-        observed = self.observation
-        picture = observed.picture_size
-        made: dict[str, tuple[int | str, ...]] = {
-            "image": (1, *picture, 3),
-            "points": (1, observed.points.sample.count, 3),
-            "velocity_history": (1, observed.history_steps, 2),
-            "trajectory_image": ("K", *picture),
-        }
+        columns = {column.name: column for column in columns_of(self.observation.sizes, {})}
         for tensor in (*self.encode_inputs, *self.score_inputs):
-            expected = made.get(tensor.name, tensor.shape)
+            column = columns.get(tensor.name)
+            leading = "K" if tensor.name == "trajectory_image" else 1
+            expected = (leading, *column.shape) if column else tensor.shape
             if tensor.shape != expected:
                 raise ValueError(
                     f"{tensor.name} has shape {tensor.shape}, the observation makes {expected}"

@@ -26,15 +26,7 @@ def row_columns(recipe: DatasetRecipe) -> list[Column]:
 
 def _sizes(recipe: DatasetRecipe) -> dict[str, int]:
     """The sizes that the manifest sets, by the names that the catalogue uses."""
-    manifest = recipe.dataset
-    sizes = {
-        "height": manifest.image.height,
-        "width": manifest.image.width,
-        "points": manifest.points.sample.count,
-        "rays": manifest.points.laser_scan.rays,
-        "history": manifest.window.history_steps,
-        "horizon": manifest.horizon.steps,
-    }
+    manifest, sizes = recipe.dataset, recipe.observation.sizes
     if (layers := manifest.intensity_layers) is not None:
         names = ("layers", "cells_ahead", "cells_across")
         sizes |= dict(zip(names, layers.shape, strict=True))

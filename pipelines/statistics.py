@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import JsonValue
 
+from graspe_data.observation.catalogue import BY_NAME, RELIABILITIES
 from pipelines.episode import whole_column
 from pipelines.process_recording import Episode
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
-RELIABILITIES = ("r_bright", "r_corners", "r_img", "r_edge", "r_planar", "r_point")
 AGES = ("points_age_ns", "odometry_age_ns")
 
 
@@ -19,15 +19,13 @@ def episode_statistics(episode: Episode) -> dict[str, JsonValue]:
     if not episode.extracted.rows:
         return {}
 
-    def column(stage: str, name: str) -> NDArray[np.generic]:
-        return whole_column(episode.folders[stage], name)
+    def column(name: str) -> NDArray[np.generic]:
+        return whole_column(episode.folders[BY_NAME[name].stage], name)
 
-    success, mask = column("label", "success"), column("label", "success_mask").astype(bool)
+    success, mask = column("success"), column("success_mask").astype(bool)
     failing = (mask & (success == 0)).any(axis=1)
     quantiles: dict[str, JsonValue] = {
-        name: _quantiles(column(stage, name))
-        for stage, names in (("reliability", RELIABILITIES), ("extract", AGES))
-        for name in names
+        name: _quantiles(column(name)) for name in (*RELIABILITIES, *AGES)
     }
     return {
         "rows_failing": int(np.count_nonzero(failing)),

@@ -277,6 +277,11 @@ CATALOGUE: Final = (
 
 BY_NAME: Final[Mapping[str, Entry]] = {entry.name: entry for entry in CATALOGUE}
 
+RELIABILITIES: Final = tuple(entry.name for entry in CATALOGUE if entry.share)
+"""Columns of numbers in 0..1."""
+PER_POINT: Final = tuple(entry.name for entry in CATALOGUE if entry.padded)
+"""Columns with a number, or several, for each point of the row's cloud."""
+
 
 def columns_of(
     sizes: Mapping[str, int], frames: Mapping[str, str], stage: StageName | None = None

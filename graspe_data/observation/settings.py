@@ -116,6 +116,19 @@ class ObservationSettings(HistorySettings):
     horizon_step_s: Positive
     drawn_from_behind: Behind = 0.0
 
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Sizes of the columns of an observation, by the names that the catalogue uses."""
+        height, width = self.picture_size
+        return {
+            "height": height,
+            "width": width,
+            "points": self.points.sample.count,
+            "rays": self.points.laser_scan.rays,
+            "history": self.history_steps,
+            "horizon": self.horizon_steps,
+        }
+
     @model_validator(mode="after")
     def _history_is_told(self) -> Self:
         if missing := sorted(HistorySettings.model_fields.keys() - self.model_fields_set):

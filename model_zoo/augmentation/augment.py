@@ -8,6 +8,7 @@ import numpy as np
 from torch import Tensor
 
 from graspe_data.errors import ZooError
+from graspe_data.observation.catalogue import PER_POINT
 from model_zoo.augmentation.draw import (
     draw_lags,
     draw_lidar_failure,
@@ -17,7 +18,6 @@ from model_zoo.augmentation.draw import (
 from model_zoo.augmentation.failing_rows import (
     OF_IMAGE,
     OF_POINTS,
-    PER_POINT,
     RowFailure,
     fail_rows,
 )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
+from graspe_data.observation.catalogue import PER_POINT
 from graspe_data.observation.observe import rate_picture, rate_points
 from model_zoo.augmentation.lidar_failure import (
     LidarFailure,
@@ -22,7 +23,6 @@ from model_zoo.augmentation.settings import AugmentationSettings
 
 OF_IMAGE = ("r_bright", "r_corners", "r_img")
 OF_POINTS = ("r_edge", "r_planar", "r_point")
-PER_POINT = ("points", "intensity", "smoothness")
 
 _PICTURE, _POINTS, _SCAN = 2, 3, 4
 """Last words of the keys of what is drawn for each; 1 is whoever draws the failures."""

@@ -120,17 +120,8 @@ def decision_weights(horizon: int, decay: float = DECAY) -> NDArray[np.float64]:
 
 def _inputs(observation: ObservationSettings) -> dict[str, GraphTensor]:
     """Every column that a model may read, as a planner must derive it."""
-    height, width = observation.picture_size
-    points = observation.points
-    sizes = {
-        "height": height,
-        "width": width,
-        "points": points.sample.count,
-        "rays": points.laser_scan.rays,
-        "history": observation.history_steps,
-    }
     frames = {"base": "base_link", "camera": "camera"}
-    columns = {column.name: column for column in columns_of(sizes, frames)}
+    columns = {column.name: column for column in columns_of(observation.sizes, frames)}
     return {name: _tensor(column) for name, column in columns.items() if BY_NAME[name].live}
 
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from graspe_data.atomic_file import write_atomically
+from graspe_data.observation.catalogue import RELIABILITIES
 from graspe_data.shards.dataset import Dataset
 from pipelines.report.row_scene import (
     SCENE_COLUMNS,
@@ -202,8 +203,7 @@ def _velocity(axes: Axes, scene: RowScene, which: int, text: str) -> None:
 
 
 def _reliabilities(axes: Axes, scene: RowScene) -> None:
-    names = ("r_bright", "r_corners", "r_img", "r_edge", "r_planar", "r_point")
-    for place, name in enumerate(names):
+    for place, name in enumerate(RELIABILITIES):
         value = float(scene.row[name])
         bold = "bold" if name in BARS else "normal"
         axes.barh(-place, 1, color="#f1f1f1", height=0.66)

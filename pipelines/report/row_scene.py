@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.manifest import validate
+from graspe_data.observation.catalogue import RELIABILITIES
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.observation.trajectory_image import trajectory_image
 from graspe_data.robot import Intrinsics
@@ -27,12 +28,7 @@ SCENE_COLUMNS = (
     "trajectory_image",
     "success",
     "success_mask",
-    "r_bright",
-    "r_corners",
-    "r_img",
-    "r_edge",
-    "r_planar",
-    "r_point",
+    *RELIABILITIES,
     "stamp_ns",
     "points_age_ns",
     "odometry_age_ns",
