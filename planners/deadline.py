@@ -56,8 +56,10 @@ class Deadline(Generic[Answer]):
             raise PlannerError(
                 f"no answer yet to the question of {time.monotonic() - last.begun_s:.2f} s ago"
             )
-        self._last = call = _Call[Answer]()
-        threading.Thread(target=call.run, args=(question,), name="planner", daemon=True).start()
+        call = _Call[Answer]()
+        thread = threading.Thread(target=call.run, args=(question,), name="planner", daemon=True)
+        thread.start()
+        self._last = call
         if not call.done.wait(self._seconds):
             raise PlannerError(f"no answer within {self._seconds:g} s")
         if isinstance(call.error, Exception):

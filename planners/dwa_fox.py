@@ -51,6 +51,8 @@ class DwaFox:
         settings, limits = self._settings, self._limits
         points, goal = self._obstacles.points(situation), goal_in_base(situation)
         window = velocity_window(limits, situation.velocity, settings.window)
+        if not self._obstacles.sees_behind:
+            window = window.keep(window.velocities[:, 0] > 0)
         way = free_way(window.velocities, points, self._body)
         quality = fox_objective(
             window, way, goal, limits, settings.window.interval_s, settings.weights

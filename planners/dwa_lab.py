@@ -35,8 +35,8 @@ class LabSettings(Settings):
     """Length of the roll-out; the groups use 2.0 to 3.5 s."""
     step_s: Annotated[float, Field(ge=0.01, le=1)] = 0.1
     """Time between its poses."""
-    radius: Annotated[float, Field(gt=0)] = 0.6
-    """Of the robot, metres: nearer is a collision."""
+    radius: Annotated[float, Field(gt=0)] | None = None
+    """Of the robot, metres: nearer is a collision; None takes the footprint's corner (Spot: .6)."""
     farthest: Annotated[float, Field(gt=0)] = 6.0
     """Obstacles beyond this many metres do not count."""
 
@@ -55,6 +55,8 @@ class DwaLab:
         self._limits = robot.limits
         self._obstacles = obstacles
         self._settings = settings or LabSettings()
+        corner = float(np.hypot(robot.footprint.length, robot.footprint.width)) / 2
+        self._radius = self._settings.radius or corner
 
     def command(self, situation: Situation) -> Command:
         """The cheapest velocity; where all collide, a rotation on the spot.
@@ -67,6 +69,8 @@ class DwaLab:
         velocities = velocity_window(
             self._limits, situation.velocity, self._settings.window
         ).velocities
+        if not self._obstacles.sees_behind:
+            velocities = velocities[velocities[:, 0] > 0]
         cost = self._cost(velocities, points, goal_in_base(situation))
         if not np.isfinite(cost).any():
             return self._turn(situation, points, Considered(velocities, -cost, None, None))
@@ -82,7 +86,7 @@ class DwaLab:
         to_goal = np.linalg.norm(goal - paths[:, -1], axis=1)
         slower = self._limits.linear_velocity[1] - v
         nearest = _nearest(paths, points)
-        obstacle = np.where(nearest <= settings.radius, np.inf, 1.0 / np.maximum(nearest, 1e-9))
+        obstacle = np.where(nearest <= self._radius, np.inf, 1.0 / np.maximum(nearest, 1e-9))
         cost: Floats = settings.to_goal * to_goal + settings.speed * slower
         return cost + (settings.obstacle * obstacle if settings.obstacle else 0.0)
 
@@ -91,10 +95,13 @@ class DwaLab:
         turns = turns_on_the_spot(
             self._limits, situation.velocity[1], error, points, self._settings.turn
         )
-        for _, omega in turns.tolist():
+        room = not len(points) or float(np.hypot(*points.T).min()) > self._radius
+        for _, omega in turns.tolist() if room else ():
             reason = "all roll-outs collide: turning on the spot"
             return Command(0.0, omega, reason, considered)
-        return Command(0.0, 0.0, "all roll-outs collide: stop", considered)
+        return Command(
+            0.0, 0.0, "all roll-outs collide, and there is no room to turn: stop", considered
+        )
 
 
 def _nearest(paths: Floats, points: Floats) -> Floats:

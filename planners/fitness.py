@@ -22,6 +22,8 @@ POSE_APART_M = 2.0
 """A pose farther from the latest motion's is none of the odometry; base and odometry's body may lie
 somewhat apart."""
 
+MOST_MOTIONS = 20_000
+"""Of a situation."""
 _NUMBER = (int, float, np.integer)
 
 
@@ -36,6 +38,8 @@ class GuardSettings(Settings):
     """Oldest pose and velocity that are driven by."""
     ahead_s: Annotated[float, Field(ge=0)] = 0.05
     """How far a stamp may lie in the future; more means that the clocks differ."""
+    stale_m: Positive = 0.4
+    """Metres that the robot may have driven since the cloud: at speed a cloud ages sooner."""
     frozen_m: Positive = 0.5
     """Metres driven after which a pose, a cloud or a picture that stays the same is frozen."""
     needs_picture: bool = True
@@ -48,16 +52,20 @@ class GuardSettings(Settings):
     """When the robot has arrived, and when it is given up."""
 
 
+MOST_RETURNS = 3_000_000
+"""Of a cloud; to look through more takes longer than a command may."""
+
+
 def unfit(situation: Situation, settings: GuardSettings) -> str:
     """Why a situation cannot be planned in; empty where it can."""
-    faults = [_kinds(situation)]
-    if not faults[0]:
-        faults += [_numbers(situation), _motions(situation.motions)]
-        if settings.needs_picture:
-            faults += [_picture(situation.picture, situation.now_ns, settings)]
-        faults += [_cloud(situation.cloud, situation.now_ns, settings)]
-        faults += [_odometry(situation, settings)]
-    return next(filter(None, faults), "")
+    return (
+        _kinds(situation)
+        or _numbers(situation)
+        or _motions(situation.motions)
+        or (_picture(situation, settings) if settings.needs_picture else "")
+        or _cloud(situation, settings)
+        or _odometry(situation, settings)
+    )
 
 
 def _kinds(situation: Situation) -> str:
@@ -71,7 +79,7 @@ def _kinds(situation: Situation) -> str:
     for name, (value, kind) in held.items():
         if not isinstance(value, kind):
             return f"the {name} is {_named(value)}"
-    strange = [each for each in situation.motions if not isinstance(each, Motion)]
+    strange = [each for each in situation.motions[:MOST_MOTIONS] if not isinstance(each, Motion)]
     return f"the odometry has {_named(strange[0])} in it" if strange else ""
 
 
@@ -97,6 +105,11 @@ def _numbers(situation: Situation) -> str:
 
 
 def _motions(motions: Sequence[Motion]) -> str:
+    if len(motions) > MOST_MOTIONS:
+        return (
+            f"the odometry has {len(motions)} motions, expected the last few seconds: at most "
+            f"{MOST_MOTIONS}"
+        )
     stamps = [motion.stamp_ns for motion in motions if motion.stamp_ns is not None]
     back = max((first - second for first, second in pairwise(stamps)), default=0)
     return f"the odometry's stamps go back by {back / 1e9:.2f} s" if back > 0 else ""
@@ -125,7 +138,8 @@ def _elsewhere(situation: Situation) -> str:
     )
 
 
-def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> str:
+def _picture(situation: Situation, settings: GuardSettings) -> str:
+    picture, now_ns = situation.picture, situation.now_ns
     if picture is None:
         return "there is no picture"
     rgb: object = picture.rgb
@@ -136,15 +150,32 @@ def _picture(picture: Picture | None, now_ns: int, settings: GuardSettings) -> s
     return _late("picture", picture.stamp_ns, now_ns, settings.picture_age_s, settings.ahead_s)
 
 
-def _cloud(cloud: PointCloud | None, now_ns: int, settings: GuardSettings) -> str:
+def _cloud(situation: Situation, settings: GuardSettings) -> str:
+    cloud, now_ns = situation.cloud, situation.now_ns
     if cloud is None:
         return "there is no cloud"
+    if len(cloud.xyz) > MOST_RETURNS:
+        return f"the cloud has {len(cloud.xyz)} returns, more than {MOST_RETURNS}"
     fault = misshapen(cloud)
     fault = fault or _late("cloud", cloud.stamp_ns, now_ns, settings.cloud_age_s, settings.ahead_s)
     # A lidar that works sees the ground at least.
     if not fault and not returns(cloud.xyz).any():
         return f"the cloud has no return within {LONGEST_RANGE:g} m: no lidar sees"
     return fault
+
+
+def driven_since(situation: Situation, most_m: float) -> str:
+    """Whether the robot has driven far since its cloud was taken; empty where it has not."""
+    if situation.cloud is None:
+        return ""
+    age_s = max(0.0, (situation.now_ns - situation.cloud.stamp_ns) / 1e9)
+    driven = abs(situation.velocity[0]) * age_s
+    if not driven > most_m:
+        return ""
+    return (
+        f"the cloud is {age_s:.2f} s old at {situation.velocity[0]:g} m/s: the robot has driven "
+        f"{driven:.2f} m since, more than {most_m:g} m"
+    )
 
 
 def _late(name: str, stamp_ns: object, now_ns: object, oldest_s: float, ahead_s: float) -> str:

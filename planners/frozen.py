@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import math
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,63 +16,84 @@ _LONGEST_STEP_S = 1.0
 """A longer time between two questions is a pause, and counts as no more than this."""
 _METRES_A_RADIAN = 1.0
 """A turn changes what sensors see as well."""
+_REMEMBERED = 64
+"""Contents of a sensor."""
 _LOOKED_AT = 4096
 """Numbers of a picture or a cloud that are compared, evenly spread."""
 
 
 @dataclass
-class _Held:
-    """What a sensor gave: a digest, the stamp with which it came, and the way driven until then."""
+class _Seen:
+    """A content: the stamp with which it came last, and the way driven when it came first."""
 
-    content: bytes
     stamp_ns: int
     way: float
 
 
 class FrozenWatch:
-    """Holds picture, cloud and pose against the way that the odometry says was driven.
+    """Holds picture, cloud and pose against the way that the robot drives.
 
-    Real sensors are noisy: no two pictures or clouds of a robot that moves are equal to the bit. A
-    picture of one grey value is passed over, since a covered lens gives it time and again.
+    Real sensors are noisy: no two pictures or clouds of a robot that moves are equal to the bit,
+    however many lie between them. A picture of one grey value is passed over, since a covered lens
+    gives it time and again.
     """
 
     def __init__(self, longest_m: float) -> None:
-        """Take the way in metres after which data that stay the same are frozen."""
+        """Take the way in metres after which data that come again are frozen."""
         self._longest_m = longest_m
-        self._way, self._asked_ns = 0.0, 0
-        self._held: dict[str, _Held] = {}
+        self._told, self._driven, self._asked_ns = 0.0, 0.0, 0
+        self._pose: tuple[float, float, float] | None = None
+        self._seen: dict[str, OrderedDict[bytes, _Seen]] = {}
 
-    def frozen(self, situation: Situation, *, picture: bool) -> str:
+    def frozen(self, situation: Situation, commanded: tuple[float, float], *, picture: bool) -> str:
         """What is frozen, in words; empty where nothing is.
 
         Args:
             situation: Fit, and no older than the last one.
+            commanded: The last command, m/s and rad/s: a robot whose odometry is frozen too says
+                that it stands.
             picture: Whether pictures matter.
         """
-        self._drive(situation)
-        seen: dict[str, tuple[bytes, int]] = {"pose": (repr(situation.pose).encode(), 0)}
+        self._drive(situation, commanded)
+        pose = repr(situation.pose).encode()
+        faults = [self._again("pose", pose, situation.now_ns, self._told, last=1)]
         if situation.cloud is not None:
-            seen["cloud"] = _digest(situation.cloud.xyz), situation.cloud.stamp_ns
+            content, stamp_ns = _digest(situation.cloud.xyz), situation.cloud.stamp_ns
+            faults.append(self._again("cloud", content, stamp_ns, self._driven))
         if picture and situation.picture is not None and np.ptp(situation.picture.rgb):
-            seen["picture"] = _digest(situation.picture.rgb), situation.picture.stamp_ns
-        return next(filter(None, (self._still(name, *value) for name, value in seen.items())), "")
+            content, stamp_ns = _digest(situation.picture.rgb), situation.picture.stamp_ns
+            faults.append(self._again("picture", content, stamp_ns, self._driven))
+        return next(filter(None, faults), "")
 
-    def _drive(self, situation: Situation) -> None:
+    def _drive(self, situation: Situation, commanded: tuple[float, float]) -> None:
+        """Count the way by velocities, and the longest by velocities, poses and commands."""
         passed_s = min(max((situation.now_ns - self._asked_ns) / 1e9, 0.0), _LONGEST_STEP_S)
         self._asked_ns = situation.now_ns
-        v, omega = situation.velocity
-        self._way += passed_s * (abs(v) + _METRES_A_RADIAN * abs(omega))
+        told, asked = (
+            passed_s * (abs(v) + _METRES_A_RADIAN * abs(omega))
+            for v, omega in (situation.velocity, commanded)
+        )
+        moved = 0.0 if self._pose is None else math.dist(self._pose[:2], situation.pose[:2])
+        self._pose = situation.pose
+        self._told += told
+        self._driven += max(told, asked, min(moved, self._longest_m))
 
-    def _still(self, name: str, content: bytes, stamp_ns: int) -> str:
-        held = self._held.get(name)
-        if held is None or held.content != content:
-            self._held[name] = _Held(content, stamp_ns, self._way)
+    def _again(
+        self, name: str, content: bytes, stamp_ns: int, way: float, last: int = _REMEMBERED
+    ) -> str:
+        """Whether a content was there before, under another stamp, so long a way ago."""
+        known = self._seen.setdefault(name, OrderedDict())
+        found = known.get(content)
+        if found is None:
+            known[content] = _Seen(stamp_ns, way)
+            while len(known) > last:
+                known.popitem(last=False)
             return ""
-        driven = self._way - held.way
-        if name != "pose" and stamp_ns == held.stamp_ns:
+        waits = name != "pose" and stamp_ns == found.stamp_ns
+        found.stamp_ns = stamp_ns
+        driven = way - found.way
+        if waits or driven <= self._longest_m:
             # The same message, not yet followed by another: its age tells.
-            return ""
-        if driven <= self._longest_m:
             return ""
         return f"the {name} has stayed the same to the bit while the robot drove {driven:.1f} m"
 

@@ -13,7 +13,7 @@ from graspe_data.sensor_data import PointCloud
 from planners.cells_at import cells_at
 from planners.cost_map import CostMap
 from planners.glass_peaks import PeakSettings, glass_peaks
-from planners.lidar_clouds import LidarClouds
+from planners.lidar_clouds import LidarClouds, sound_mounting
 from planners.occupancy_source import OccupancySettings, OccupancySource, inflated_occupancy
 from planners.pose_at import pose_at
 from planners.situation import Situation
@@ -43,13 +43,14 @@ class GlassSlamSource:
         self, robot: Robot, base_from_lidar: Transform, settings: GlassSlamSettings | None = None
     ) -> None:
         """Take the lidar's mounting and scale."""
-        self._robot, self._mounting = robot, base_from_lidar
+        self._robot, self._mounting = robot, sound_mounting(base_from_lidar)
         self._settings = settings or GlassSlamSettings()
         self._occupancy = OccupancySource(robot, base_from_lidar, self._settings)
         self._clouds = LidarClouds.of(robot)
         self._scale = IntensityScale(robot.lidar.intensity_maximum)
         self._glass: set[tuple[int, int]] = set()
         self._last: CostMap | None = None
+        self._mapped: PointCloud | None = None
 
     def cost_map(self, situation: Situation) -> CostMap:
         """See ``MapSource``.
@@ -57,15 +58,17 @@ class GlassSlamSource:
         Raises:
             PlannerError: There is no cloud, or its intensity cannot be used.
         """
-        cloud = self._clouds.cloud(situation)
+        least = self._robot.lidar.minimum_range
+        cloud = self._clouds.cloud(situation, self._mounting, least)
         stamp_ns = cloud.stamp_ns
-        if self._last is None or self._last.stamp_ns != stamp_ns:
+        if self._last is None or situation.cloud is not self._mapped:
             if self._last is not None and stamp_ns < self._last.stamp_ns:
                 self._glass.clear()
             pose = pose_at(situation, stamp_ns)
             self._remember(cloud, pose)
             occupied = self._with_glass(self._occupancy.occupied(situation), pose)
             self._last = inflated_occupancy(occupied, pose, stamp_ns, self._settings)
+            self._mapped = situation.cloud
         return self._last
 
     def _remember(self, cloud: PointCloud, pose: Pose) -> None:

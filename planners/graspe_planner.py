@@ -49,6 +49,8 @@ class GraspePlanner:
     leads somewhere, and a robot that may neither drive nor look around stays for good.
     """
 
+    needs_picture = True
+
     def __init__(
         self, robot: Robot, scorer: Scorer, settings: GraspeSettings | None = None
     ) -> None:

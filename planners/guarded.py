@@ -4,72 +4,116 @@ from __future__ import annotations
 
 import logging
 import math
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
 from planners.deadline import Deadline
-from planners.fitness import FASTEST, GuardSettings, unfit
+from planners.fitness import FASTEST, GuardSettings, driven_since, unfit
 from planners.frozen import FrozenWatch
+from planners.motion_agreement import contradiction
 from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"
 
 _TOLERANCE = 1e-6
+_BEYOND = 0.5
+"""m/s beyond twice the limits from which a velocity is damage."""
+_EVERY_S = 1.0
+"""Between two lines of the log with the same reason."""
 
 
 class Guarded:
     """Asks another planner, and stops where that has no sense, does not work or takes too long.
 
     It also stops at the goal, and where the robot gets no nearer to it. Every stop of its own has a
-    reason, which is logged to the logger ``planners``: as a warning, but for an arrival.
+    reason, which is logged to the logger ``planners``: as a warning, but for an arrival. A reason
+    that stays the same is logged once a second. Handlers run in the caller's thread: give the
+    logger one that does not block, such as ``logging.handlers.QueueHandler``.
     """
 
     def __init__(
-        self, planner: Planner, limits: Limits, settings: GuardSettings | None = None
+        self,
+        planner: Planner,
+        limits: Limits,
+        settings: GuardSettings | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Take the planner and the limits of the robot that it drives."""
+        """Take the planner and the limits of the robot that it drives.
+
+        Args:
+            planner: Who is asked.
+            limits: Of the robot.
+            settings: What a situation needs.
+            clock: Seconds that go on whatever the robot's clock does.
+        """
         self._planner, self._limits = planner, limits
         self._settings = settings or GuardSettings()
-        self._latest_ns: int | None = None
+        self._picture = self._settings.needs_picture or getattr(planner, "needs_picture", False)
+        self._clock, self._heard_s = clock, 0.0
+        self._latest: dict[str, int] = {}
         self._answers = Deadline[Command](self._settings.answer_s)
         self._watch = GoalWatch(self._settings.goal)
         self._frozen = FrozenWatch(self._settings.frozen_m)
-        self._braking: tuple[float, float] | None = None
+        self._given = (0.0, 0.0)
+        self._said, self._said_s = "", -math.inf
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            reason = (
-                unfit(situation, self._settings)
-                or self._went_back(situation.now_ns)
-                or self._frozen.frozen(situation, picture=self._settings.needs_picture)
-            )
-            if reason:
-                return self._stop(situation, reason)
-            standing = self._watch.standing(situation)
-            if standing:
-                return self._stop(situation, standing.reason, arrived=standing.arrived)
-            command = self._answers.ask(lambda: self._planner.command(situation))
-            reason = self._beyond(command)
-        except GraspeError as error:
-            return self._stop(situation, str(error))
+            command = self._asked(situation)
         except Exception as error:  # noqa: BLE001 - whatever it is, the robot must not drive on
-            self._log.exception("the planner failed")
-            return self._stop(situation, f"{type(error).__name__}: {error}")
-        if reason:
-            return self._stop(situation, reason, command.considered)
-        self._braking = None
+            known = isinstance(error, GraspeError)
+            text = _text(error)
+            if not known:
+                self._tell(logging.ERROR, f"the planner failed: {text}")
+            command = self._stop(situation, text if known else f"{type(error).__name__}: {text}")
+        self._given = command.linear_velocity, command.yaw_rate
         return command
 
-    def _went_back(self, now_ns: int) -> str:
-        """Whether the robot's clock was set back since the last situation."""
-        before, self._latest_ns = self._latest_ns, now_ns
-        if before is None or now_ns >= before:
+    def _asked(self, situation: Situation) -> Command:
+        settings = self._settings
+        if settings.needs_picture != self._picture:
+            settings = settings.model_copy(update={"needs_picture": self._picture})
+        reason = (
+            unfit(situation, settings)
+            or self._went_back(situation)
+            or contradiction(situation, self._limits)
+            or driven_since(situation, settings.stale_m)
+            or self._frozen.frozen(situation, self._given, picture=self._picture)
+        )
+        if reason:
+            return self._stop(situation, reason)
+        standing = self._watch.standing(situation)
+        if standing:
+            return self._stop(situation, standing.reason, arrived=standing.arrived)
+        command = self._answers.ask(lambda: self._planner.command(situation))
+        reason = self._beyond(command)
+        return self._stop(situation, reason, command.considered) if reason else command
+
+    def _went_back(self, situation: Situation) -> str:
+        """Whether the robot's clock, or a sensor's stamps, go back or stand still."""
+        now_ns, heard_s = situation.now_ns, self._clock()
+        stamps = {"clock": now_ns}
+        if situation.cloud is not None:
+            stamps["cloud's stamp"] = situation.cloud.stamp_ns
+        if self._picture and situation.picture is not None:
+            stamps["picture's stamp"] = situation.picture.stamp_ns
+        before, self._latest = self._latest, stamps
+        for name, stamp in stamps.items():
+            if stamp < before.get(name, stamp):
+                return f"the {name} went back by {(before[name] - stamp) / 1e9:.2f} s"
+        if now_ns != before.get("clock"):
+            self._heard_s = heard_s
+        stood_s = heard_s - self._heard_s
+        if stood_s <= self._settings.odometry_age_s:
             return ""
-        return f"the clock went back by {(before - now_ns) / 1e9:.2f} s"
+        return f"the clock has stood still for {stood_s:.2f} s: the situation is not renewed"
 
     def _beyond(self, command: Command) -> str:
         """Why a command cannot be driven; empty where it can."""
@@ -93,26 +137,42 @@ class Guarded:
     ) -> Command:
         """The slowest velocity that the robot can have reached by the next command.
 
-        A stop that goes on brakes on from its own last command: the velocity that the situation
-        states may be the one that is wrong, or that of a second ago.
+        It brakes from the last command, and no faster than the robot says that it drives: the
+        velocity that the situation states may be the one that is wrong.
         """
-        self._log.log(logging.INFO if arrived else logging.WARNING, "stop: %s", reason)
+        self._tell(logging.INFO if arrived else logging.WARNING, f"stop: {reason}")
         limits, period = self._limits, self._settings.period_s
-        v, omega = _numbers(getattr(situation, "velocity", None))
+        v, omega = _numbers(situation)
+        if abs(v) > 2 * max(map(abs, limits.linear_velocity)) + _BEYOND:
+            v, omega = 0.0, 0.0
         v, omega = _clipped(v, limits.linear_velocity), _clipped(omega, limits.yaw_rate)
-        if self._braking is not None:
-            v, omega = _slower(v, self._braking[0]), _slower(omega, self._braking[1])
+        v, omega = _slower(v, self._given[0]), _slower(omega, self._given[1])
         v = _toward_zero(v, limits.linear_acceleration * period)
         omega = _toward_zero(omega, limits.yaw_acceleration * period)
-        self._braking = v, omega
         return Command(v, omega, f"stop: {reason}", considered, arrived)
 
+    def _tell(self, level: int, text: str) -> None:
+        """Log a reason when it changes, and once a second; a handler that fails stops nobody."""
+        now_s = self._clock()
+        if text == self._said and now_s - self._said_s < _EVERY_S:
+            return
+        self._said, self._said_s = text, now_s
+        with suppress(Exception):
+            self._log.log(level, "%s", text)
 
-def _numbers(velocity: Any) -> tuple[float, float]:
-    """A velocity, and standing still for what is none, or damage."""
+
+def _text(error: BaseException) -> str:
     try:
-        v, omega = (float(value) for value in velocity)
-    except (TypeError, ValueError, OverflowError):
+        return str(error)
+    except Exception:  # noqa: BLE001 - an error that cannot even be told
+        return "no words"
+
+
+def _numbers(situation: Any) -> tuple[float, float]:
+    """The velocity of a situation, and standing still for what is none, or damage."""
+    try:
+        v, omega = (float(value) for value in situation.velocity)
+    except Exception:  # noqa: BLE001 - a situation may be anything
         return 0.0, 0.0
     # NaN is not within.
     return (v, omega) if abs(v) <= FASTEST and abs(omega) <= FASTEST else (0.0, 0.0)

@@ -25,7 +25,7 @@ from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
 from planners.cost_map import CostMap
 from planners.goal import goal_seen_from
-from planners.lidar_clouds import LidarClouds
+from planners.lidar_clouds import LidarClouds, sound_mounting
 from planners.pose_at import pose_at
 from planners.situation import Situation
 
@@ -57,12 +57,14 @@ class IntensitySource:
         self, robot: Robot, base_from_lidar: Transform, settings: IntensityMapSettings | None = None
     ) -> None:
         """Take the lidar's scale and mounting."""
-        self._returns, self._mounting = ReturnSettings.of(robot), base_from_lidar
+        self._returns, self._mounting = ReturnSettings.of(robot), sound_mounting(base_from_lidar)
         self._settings = settings or IntensityMapSettings()
         self._clouds = LidarClouds.of(robot)
         self._scale = IntensityScale(robot.lidar.intensity_maximum)
         self._memory: GlassMemory | None = None
+        self._least = robot.lidar.minimum_range
         self._last: CostMap | None = None
+        self._mapped: PointCloud | None = None
 
     def cost_map(self, situation: Situation) -> CostMap:
         """See ``MapSource``.
@@ -70,10 +72,11 @@ class IntensitySource:
         Raises:
             PlannerError: There is no cloud, or its intensity cannot be used.
         """
-        cloud = self._clouds.cloud(situation)
-        if self._last is None or self._last.stamp_ns != cloud.stamp_ns:
+        cloud = self._clouds.cloud(situation, self._mounting, self._least)
+        if self._last is None or situation.cloud is not self._mapped:
             try:
                 self._last = self._made(situation, cloud)
+                self._mapped = situation.cloud
             except ObservationError as error:
                 raise PlannerError(f"no planning map: {error}") from error
         return self._last

@@ -18,6 +18,12 @@ from planners.situation import Situation
 LONGEST_RANGE = 1000.0
 """Metres; a return from farther away is damage."""
 
+LEAST_RETURNS = 50
+"""Returns of a lidar that sees."""
+AHEAD, SECTORS, LEAST_SECTORS = np.pi / 3, 12, 6
+"""rad to each side, the sectors in it, and in how many of them something must return."""
+FARTHEST_MOUNTING = 5.0
+"""Metres from base_link."""
 _FAR_SHARE = 0.1
 """Returns beyond that which may be damage."""
 _MORE = 1.5
@@ -37,11 +43,17 @@ class LidarClouds:
         """Those of a robot's lidar."""
         return cls(robot.lidar.frame, robot.lidar.rings)
 
-    def cloud(self, situation: Situation) -> PointCloud:
+    def cloud(self, situation: Situation, mounting: Transform, minimum_range: float) -> PointCloud:
         """The situation's cloud, without what is no return.
 
+        Args:
+            situation: Its cloud is taken.
+            mounting: Carries points of the lidar into base_link.
+            minimum_range: Returns nearer to the lidar hit the robot itself, metres.
+
         Raises:
-            PlannerError: There is none, or it is misshapen, of another frame or of another lidar.
+            PlannerError: There is none, or it is misshapen, of another frame or of another lidar,
+                or of one that hardly sees.
         """
         cloud = situation.cloud
         if cloud is None:
@@ -51,7 +63,11 @@ class LidarClouds:
             raise PlannerError(fault)
         self._frame.check(cloud.frame, situation.motions)
         self._check_rings(cloud)
-        return _returns_of(cloud)
+        returned = _returns_of(cloud)
+        fault = blind(returned.xyz, mounting, minimum_range)
+        if fault:
+            raise PlannerError(fault)
+        return returned
 
     def in_base(
         self, situation: Situation, mounting: Transform, minimum_range: float
@@ -66,7 +82,7 @@ class LidarClouds:
         Raises:
             PlannerError: See ``cloud``.
         """
-        xyz = self.cloud(situation).xyz
+        xyz = self.cloud(situation, mounting, minimum_range).xyz
         kept = xyz[np.einsum("ij,ij->i", xyz, xyz) >= minimum_range**2]
         return np.asarray(mounting.apply(kept), np.float32)
 
@@ -86,6 +102,52 @@ class LidarClouds:
                 f"robot manifest is {self._rings}; set it to the lidar's."
             )
         self._counted = True
+
+
+def blind(xyz: NDArray[np.floating], mounting: Transform, minimum_range: float) -> str:
+    """Why a lidar hardly sees; empty where it does.
+
+    A lidar that works sees the ground at least: where nothing returns, something covers it, and
+    that is not free ground.
+
+    Args:
+        xyz: Returns (N, 3), metres, the lidar's frame.
+        mounting: Carries them into base_link.
+        minimum_range: Nearer ones hit the robot itself, or dirt on the lidar.
+    """
+    real = xyz[np.einsum("ij,ij->i", xyz, xyz) >= minimum_range**2]
+    if len(real) < LEAST_RETURNS:
+        return (
+            f"the cloud has {len(real)} returns beyond {minimum_range:g} m, expected at least "
+            f"{LEAST_RETURNS}: the lidar is covered, or sees nothing"
+        )
+    x, y = (real @ mounting.rotation[:2].T).T
+    bearing = np.arctan2(y, x)
+    ahead = bearing[np.abs(bearing) < AHEAD]
+    seen = len(np.unique(np.floor((ahead + AHEAD) / (2 * AHEAD) * SECTORS)))
+    if seen >= LEAST_SECTORS:
+        return ""
+    return (
+        f"the cloud has returns in {seen} of {SECTORS} sectors ahead, expected at least "
+        f"{LEAST_SECTORS}: the lidar is covered there"
+    )
+
+
+def sound_mounting(mounting: Transform) -> Transform:
+    """A lidar's mounting, if it is one.
+
+    Raises:
+        PlannerError: Its rotation is none, or it is not finite, or far from the robot.
+    """
+    turn, place = np.asarray(mounting.rotation), np.asarray(mounting.translation)
+    proper = np.allclose(turn @ turn.T, np.eye(3), atol=1e-3) and np.linalg.det(turn) > 0
+    if not (proper and np.linalg.norm(place) <= FARTHEST_MOUNTING):
+        raise PlannerError(
+            f"the lidar's mounting is rotation {np.round(turn, 3).tolist()}, translation "
+            f"{np.round(place, 3).tolist()}: expected a rotation, and at most "
+            f"{FARTHEST_MOUNTING:g} m from base_link."
+        )
+    return mounting
 
 
 def misshapen(cloud: PointCloud) -> str:

@@ -98,7 +98,8 @@ class Observer:
             raise PlannerError(f"no {missing}: the model needs the latest one.")
         history = self.history(situation)
         self._frame.check(picture.frame, situation.motions)
-        cloud = self._clouds.cloud(situation)
+        mounting, least = self._calibration.base_from_lidar, self._settings.points.minimum_range
+        cloud = self._clouds.cloud(situation, mounting, least)
         found = observe(
             picture.rgb,
             cloud,

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
-from planners.lidar_clouds import LidarClouds
+from planners.lidar_clouds import LidarClouds, sound_mounting
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.situation import Situation
+
+_ALL_AROUND = 3.1
+"""rad to each side."""
 
 
 class ObstacleSource(Protocol):
@@ -24,6 +27,11 @@ class ObstacleSource(Protocol):
         Raises:
             PlannerError: There is no cloud to find them in; see ``LidarClouds``.
         """
+        ...
+
+    @property
+    def sees_behind(self) -> bool:
+        """Whether obstacles behind the robot are among them; else it must not drive backwards."""
         ...
 
 
@@ -60,7 +68,7 @@ class ScanObstacles:
             settings: The band and the rays; None for the dataset's own.
             clouds: Which clouds are the lidar's; None takes the first one's frame for its own.
         """
-        self._mounting, self._base_height = base_from_lidar, base_height
+        self._mounting, self._base_height = sound_mounting(base_from_lidar), base_height
         self._minimum_range, self._clouds = minimum_range, clouds or LidarClouds()
         self._settings = settings or LaserScanSettings()
 
@@ -69,6 +77,11 @@ class ScanObstacles:
         xyz = self._clouds.in_base(situation, self._mounting, self._minimum_range)
         scan = laser_scan(xyz, self._base_height, self._settings)
         return scan_points(scan, self._settings.half_angle)
+
+    @property
+    def sees_behind(self) -> bool:
+        """See ``ObstacleSource``."""
+        return self._settings.half_angle >= _ALL_AROUND
 
 
 class MapObstacles:
@@ -83,7 +96,7 @@ class MapObstacles:
         clouds: LidarClouds | None = None,
     ) -> None:
         """Take the lidar's mounting; as ``ScanObstacles``, with the settings of the map."""
-        self._mounting, self._base_height = base_from_lidar, base_height
+        self._mounting, self._base_height = sound_mounting(base_from_lidar), base_height
         self._minimum_range, self._clouds = minimum_range, clouds or LidarClouds()
         self._settings = settings or OccupancyMapSettings()
 
@@ -91,3 +104,8 @@ class MapObstacles:
         """See ``ObstacleSource``."""
         xyz = self._clouds.in_base(situation, self._mounting, self._minimum_range)
         return occupancy_map(xyz, self._base_height, self._settings).points()
+
+    @property
+    def sees_behind(self) -> bool:
+        """See ``ObstacleSource``."""
+        return True

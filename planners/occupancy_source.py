@@ -13,7 +13,7 @@ from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map import InflationSettings, inflate, inflation_kernel
 from graspe_data.robot import Robot
 from planners.cost_map import CostMap
-from planners.lidar_clouds import LidarClouds
+from planners.lidar_clouds import LidarClouds, sound_mounting
 from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.pose_at import pose_at
 from planners.situation import Situation
@@ -39,12 +39,13 @@ class OccupancySource:
         self, robot: Robot, base_from_lidar: Transform, settings: OccupancySettings | None = None
     ) -> None:
         """Take the lidar's mounting."""
-        self._robot, self._mounting = robot, base_from_lidar
+        self._robot, self._mounting = robot, sound_mounting(base_from_lidar)
         self._settings, self._clouds = settings or OccupancySettings(), LidarClouds.of(robot)
 
     def cost_map(self, situation: Situation) -> CostMap:
         """See ``MapSource``."""
-        stamp_ns = self._clouds.cloud(situation).stamp_ns
+        least = self._robot.lidar.minimum_range
+        stamp_ns = self._clouds.cloud(situation, self._mounting, least).stamp_ns
         pose = pose_at(situation, stamp_ns)
         return inflated_occupancy(self.occupied(situation), pose, stamp_ns, self._settings)
 

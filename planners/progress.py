@@ -36,7 +36,9 @@ class Standing:
 
 
 class GoalWatch:
-    """Watches the way to one goal after another; a goal that moves within the radius is the same.
+    """Watches the way to one goal after another.
+
+    A goal that moves by less than twice the radius is the same.
 
     Time counts while planners are asked; a pause, or a time without fit sensor data, does not.
     """
@@ -51,7 +53,7 @@ class GoalWatch:
     def standing(self, situation: Situation) -> Standing | None:
         """Why the robot has to stand; None while it is on its way."""
         settings, goal = self._settings, situation.goal
-        if self._goal is None or math.dist(goal, self._goal) > settings.radius:
+        if self._goal is None or math.dist(goal, self._goal) > 2 * settings.radius:
             self._goal, self._nearest, self._spent_s = goal, math.inf, 0.0
             self._asked_ns, self._arrived = situation.now_ns, False
         away = math.dist(goal, situation.pose[:2])

@@ -136,6 +136,8 @@ def _mounting(
             f"{name} mounting: at {_shown(found.translation)} m, "
             f"expected {_shown(expected.translation)} m"
         )
+    if not np.allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-3):
+        yield f"{name} mounting: its rotation is none, its rows are not orthonormal"
     # The angle of a rotation follows from its trace.
     between = np.trace(found.rotation @ expected.rotation.T)
     angle = float(np.arccos(np.clip((between - 1) / 2, -1.0, 1.0)))

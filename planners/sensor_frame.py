@@ -12,12 +12,29 @@ from graspe_data.sensor_data import Motion
 
 Sensor = Literal["camera", "lidar"]
 
-_NO_SENSOR = re.compile(
-    r"base|base_stabilized|body|camera_init|chassis|earth|footprint|global|ground|imu|imu_link|"
-    r"local|robot|utm|vision|world|(\w+_)?(base_footprint|base_link|map|odom|odometry)",
-    re.IGNORECASE,
+_PLACES = frozenset(
+    {"base", "baselink", "body", "chassis", "combined", "earth", "enu", "flat", "footprint", "frd"}
+    | {"global", "gpe", "ground", "imu", "init", "local", "map", "ned", "odom", "odometry", "robot"}
+    | {"stabilized", "utm", "vision", "world"}
 )
-"""Usual names of frames that are neither a camera's nor a lidar's (REP 105; Spot's; LOAM's)."""
+_SENSORS = frozenset(
+    {"cam", "hesai", "laser", "lidar", "livox", "os_", "ouster", "point", "rslidar", "scan"}
+    | {"sensor", "velodyne", "vlp"}
+)
+"""Parts of the usual names of frames that are neither a camera's nor a lidar's (REP 105; mavros';
+Spot's; LOAM's), and of those that are."""
+
+
+def _is_place(frame: str) -> bool:
+    """Whether a name is that of a frame of the robot or of the ground, and not of a sensor."""
+    name = frame.rpartition("/")[2].lower()
+    if name == "camera_init":
+        return True
+    if any(sensor in name for sensor in _SENSORS):
+        return False
+    parts = {part.rstrip("0123456789") for part in re.split(r"[^a-z0-9]+", name)}
+    return bool(parts & _PLACES)
+
 
 _CAMERAS = ("optical", "camera", "image")
 
@@ -64,7 +81,7 @@ class SensorFrame:
             return "which names none"
         last = motions[-1] if motions else None
         moving = (plain_frame(last.frame), plain_frame(last.child_frame)) if last else ()
-        if found in moving or _NO_SENSOR.fullmatch(found.rpartition("/")[2]):
+        if found in moving or _is_place(found):
             return f"which is no {self._sensor}'s"
         if self._sensor == "lidar" and any(name in found.lower() for name in _CAMERAS):
             return "which is a camera's"

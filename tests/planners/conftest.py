@@ -85,10 +85,17 @@ def situation() -> Situations:
 
 
 def motions_until(last_ns: int, velocity: tuple[float, float]) -> tuple[Motion, ...]:
-    """Odometry at 20 Hz over 4 s."""
+    """Odometry at 20 Hz over 4 s of a robot that drove straight on and is at the origin."""
     stamps = last_ns - np.arange(80, -1, -1) * 50_000_000
     return tuple(
-        Motion(stamp, "odom", "base_link", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), *velocity)
+        Motion(
+            stamp,
+            "odom",
+            "base_link",
+            (velocity[0] * (stamp - last_ns) / 1e9, 0.0, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+            *velocity,
+        )
         for stamp in stamps.tolist()
     )
 

@@ -59,7 +59,9 @@ def _scan(all_: Robots) -> Planner:
 
 def _lab(all_: Robots) -> Planner:
     robot = all_.robot
-    occupied = MapObstacles(all_.lidar, robot.base_height, clouds=LidarClouds.of(robot))
+    occupied = MapObstacles(
+        all_.lidar, robot.base_height, robot.lidar.minimum_range, clouds=LidarClouds.of(robot)
+    )
     return DwaLab(robot, occupied)
 
 

@@ -31,6 +31,8 @@ class Posts:
     def __init__(self, *posts: tuple[float, float, float]) -> None:
         self.posts = np.array(posts, np.float64).reshape(-1, 3)
 
+    sees_behind = True
+
     def points(self, situation: Situation) -> Floats:
         around = np.linspace(0, 2 * np.pi, 60)
         outline = np.stack((np.cos(around), np.sin(around)), axis=1)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from graspe_data.robot import Robot
+from graspe_data.sensor_data import Motion
 from planners.bundle import Bundle
 from planners.calibration import Calibration
 from planners.situation import Command, Situation
@@ -103,6 +104,38 @@ def swapped(asked: Situation) -> Situation:
     return replace(asked, motions=(*asked.motions[:-2], asked.motions[-1], asked.motions[-2]))
 
 
+def leaping(asked: Situation) -> Situation:
+    """Odometry in which the robot was elsewhere half a second ago."""
+    moved = [
+        replace(m, position=(20.0, 0.0, 0.0)) if m.stamp_ns < asked.now_ns - SECOND // 2 else m
+        for m in asked.motions
+        if m.stamp_ns is not None
+    ]
+    return replace(asked, motions=tuple(moved))
+
+
+def motions_standing() -> tuple[Motion, ...]:
+    """Odometry that says 0.6 m/s, and always the same pose."""
+    until = NOW + SECOND // 10
+    return tuple(replace(m, position=(0.0, 0.0, 0.0)) for m in motions_until(until, (0.6, 0.0)))
+
+
+def some(which: Callable[[np.ndarray], np.ndarray]) -> Change:
+    """Only some of the returns."""
+
+    def changed(asked: Situation) -> Situation:
+        cloud = asked.cloud
+        assert cloud is not None
+        assert cloud.intensity is not None
+        assert cloud.ring is not None
+        kept = which(cloud.xyz)
+        return with_cloud(
+            asked, xyz=cloud.xyz[kept], intensity=cloud.intensity[kept], ring=cloud.ring[kept]
+        )
+
+    return changed
+
+
 def in_frame(frame: str) -> Change:
     return lambda asked: with_cloud(asked, frame=frame)
 
@@ -138,6 +171,7 @@ FAULTS = {
     "a cloud in the odometry's frame": Fault(in_frame("odom"), BAD_FRAME),
     "a cloud in a map's frame": Fault(in_frame("/map"), BAD_FRAME),
     "a cloud in the base's frame": Fault(in_frame("base_link"), BAD_FRAME),
+    "a cloud in a frame like odom_ned or base_link_frd": Fault(in_frame("odom_ned"), BAD_FRAME),
     "a cloud in a camera's frame": Fault(in_frame("camera_optical"), BAD_FRAME),
     "a cloud that names no frame": Fault(in_frame(""), BAD_FRAME),
     "a cloud that is no array": Fault(
@@ -147,6 +181,16 @@ FAULTS = {
         lambda asked: with_cloud(asked, stamp_ns=None), "the cloud has the stamp None"
     ),
     "a cloud of no returns": Fault(returns(np.zeros_like), "the cloud has no return within 1000 m"),
+    "a cloud of one return": Fault(
+        some(lambda xyz: np.arange(len(xyz)) < 1), "the lidar is covered"
+    ),
+    "a lidar that is covered ahead": Fault(
+        some(lambda xyz: xyz[:, 0] < 1.0), "the lidar is covered there"
+    ),
+    "a lidar that sees its own cover": Fault(
+        returns(lambda xyz: 0.1 * xyz / np.linalg.norm(xyz, axis=1, keepdims=True)),
+        "the lidar is covered, or sees nothing",
+    ),
     "a cloud in millimetres, as whole numbers": Fault(
         returns(lambda xyz: (1000 * xyz).astype(np.int32)), "expected float32 (N, 3) in metres"
     ),
@@ -194,6 +238,16 @@ FAULTS = {
         one(odometry_ns=NOW - SECOND), "the odometry is 1.10 s old"
     ),
     "odometry whose stamps go back": Fault(swapped, "the odometry's stamps go back"),
+    "odometry that leaps": Fault(leaping, "the odometry leaps by 20.15 m"),
+    "velocities that are none of the poses": Fault(
+        one(motions=motions_standing()), "the poses 0.00 m: one of them is wrong"
+    ),
+    "a velocity beyond twice the robot's limits": Fault(
+        one(velocity=(60.0, 0.0)), "60 m/s, 0 rad/s is beyond twice the robot's limits"
+    ),
+    "an odometry of a million motions": Fault(
+        lambda asked: replace(asked, motions=tuple(asked.motions) * 300), "at most 20000"
+    ),
     "odometry of something else": Fault(one(motions=("moved",)), "the odometry has a str in it"),
     "a pose that is no number": Fault(one(pose=(NAN, 0.0, 0.0)), "the pose is not finite"),
     "a pose without yaw": Fault(one(pose=(0.0, 0.0)), "the pose has the shape (2,)"),
@@ -310,12 +364,23 @@ RUNNING: dict[str, tuple[str, str, str]] = {
         "graspe",
         "0.5 m (`frozen_m`)",
     ),
+    "the situation is not renewed": (
+        "the clock has stood still",
+        "all",
+        "0.3 s (`odometry_age_s`)",
+    ),
+    "a cloud of so long ago that the robot has driven 0.4 m since": (
+        "the robot has driven",
+        "all",
+        "0.4 m (`stale_m`)",
+    ),
+    "a cloud's stamp that goes back": ("the cloud's stamp went back", "all", AT_ONCE),
     "the same cloud or pose": ("has stayed the same to the bit", "all", "0.5 m (`frozen_m`)"),
     "a pose from elsewhere without a stamp": ("give its stamp as `odometry_ns`", "all", AT_ONCE),
     "the goal is reached": ("arrived", "all", AT_ONCE + " (`goal.radius`, 0.5 m)"),
     "the goal gets no nearer": ("no progress", "all", "60 s (`goal.progress_s`)"),
 }
-"""What test_frozen.py, test_guarded.py, test_progress.py and test_processes.py show."""
+"""What the other tests of planners show."""
 
 
 def test_a_planner_that_hangs_is_not_waited_for(robots: Robots) -> None:

@@ -109,7 +109,7 @@ def test_a_damaged_pose_is_passed_over(
     damaged = replace(asked.motions[-2], position=place)
     motions = (*asked.motions[:-2], damaged, asked.motions[-1])
     found = pose_at(replace(asked, motions=motions), _stamp(asked, -2))
-    assert found == (0.0, 0.0, 0.0)
+    assert found == pytest.approx((-0.015, 0.0, 0.0))
 
 
 def _stamp(asked: Situation, row: int) -> int:

@@ -85,7 +85,9 @@ def test_a_planner_by_the_lidar_alone_needs_no_picture(situation: Situations) ->
 def test_bad_answers_brake_as_hard_as_the_robot_can(
     situation: Situations, answer: Command | Exception, reason: str
 ) -> None:
-    command = Guarded(Answers(answer), LIMITS).command(situation(velocity=(0.5, -0.5)))
+    guarded = Guarded(Answers(answer), LIMITS)
+    guarded._given = (0.5, -0.5)
+    command = guarded.command(situation(velocity=(0.5, -0.5)))
     assert command.linear_velocity == pytest.approx(0.4)
     assert command.yaw_rate == pytest.approx(-0.18)
     assert reason in command.reason

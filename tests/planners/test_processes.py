@@ -21,7 +21,16 @@ from planners.deadline import Deadline
 from planners.scorer import Scorer
 from planners.situation import Command
 from tests.planners.conftest import NOW
-from tests.planners.every_planner import BY_MODEL, PLANNERS, SECOND, Robots, guarded, sound, stops
+from tests.planners.every_planner import (
+    BY_MODEL,
+    PLANNERS,
+    SECOND,
+    Robots,
+    guarded,
+    seen_anew,
+    sound,
+    stops,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 LONG_S = 60.0
@@ -62,14 +71,14 @@ def test_a_planner_that_was_made_before_a_fork(
     planner = guarded(name, robots)
     if asked_before:
         assert planner.command(sound()).reason == ""
-    found = in_child(lambda: planner.command(sound(NOW + SECOND)))
+    found = in_child(lambda: planner.command(seen_anew(sound(NOW + SECOND), 1)))
     assert isinstance(found, Command)
     if name in BY_MODEL:
         assert stops(found)
         assert "call load_bundle in the process that asks it" in found.reason
     else:
         assert found.reason == ""
-    assert planner.command(sound(NOW + 2 * SECOND)).reason == ""
+    assert planner.command(seen_anew(sound(NOW + 2 * SECOND), 2)).reason == ""
 
 
 def test_a_bundle_raises_at_once_in_a_forked_process(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from graspe_data.errors import PlannerError
+from graspe_data.geometry import Transform
 from planners.lidar_clouds import LidarClouds
 from planners.sensor_frame import SensorFrame
 from tests.planners.every_planner import sound, with_cloud
@@ -78,6 +79,6 @@ def test_more_rings_than_declared_are_told(
     if told:
         for _ in range(2):
             with pytest.raises(PlannerError, match=r"`lidar\.rings` of the robot manifest is 16"):
-                clouds.cloud(asked)
+                clouds.cloud(asked, Transform.identity(), 0.0)
     else:
-        assert clouds.cloud(asked) is asked.cloud
+        assert clouds.cloud(asked, Transform.identity(), 0.0) is asked.cloud

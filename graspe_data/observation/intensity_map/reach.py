@@ -13,8 +13,8 @@ STRAYS = 3
 _BINS = 1024
 _SATURATED = 0.95
 """Share of the maximum from which a return may be a reflector that saturates any scale."""
-_TAIL = 5
-"""Different strengths that make a tail rather than strays."""
+_TAIL, _TAIL_SHARE = 5, 0.0001
+"""Different strengths, and the share of all returns, that make a tail rather than strays."""
 
 
 class Histogram:
@@ -52,12 +52,14 @@ class Histogram:
         place = int(np.searchsorted(from_above, min(strays, self.total - 1), side="right"))
         return (_BINS - place) * self.maximum / _BINS
 
-    def tail(self, share: float) -> int:
-        """How many different strengths lie between a share of the maximum and saturation."""
+    def has_tail(self, share: float) -> bool:
+        """Whether enough returns of different strengths lie between a share and saturation."""
         begin, end = int(np.ceil(share * _BINS)) + 1, int(_SATURATED * _BINS)
-        return int(np.count_nonzero(self._counts[begin:end]))
+        counts = self._counts[begin:end]
+        several = int(np.count_nonzero(counts)) >= _TAIL
+        return several and int(counts.sum()) > _TAIL_SHARE * self.total
 
 
 def reaches(histogram: Histogram, share: float) -> bool:
     """Whether strengths beyond a share of the maximum are more than strays that saturate."""
-    return histogram.reach > share * histogram.maximum or histogram.tail(share) >= _TAIL
+    return histogram.reach > share * histogram.maximum or histogram.has_tail(share)
