@@ -80,7 +80,8 @@ def _check_classes(labels: Labels, where: str) -> None:
     if not judged.size:
         raise ZooError(
             f"{where}: none of {len(labels.mask)} rows has a judged step, expected both "
-            "successes and failures. Label its recordings (`graspe labels`) and build it again."
+            "successes and failures. Label its recordings (`graspe label propose`) and build it "
+            "again."
         )
     if judged.all() or not judged.any():
         only = "successes" if judged.all() else "failures"

@@ -62,7 +62,7 @@ def rows_for_training(any_failure: NDArray[np.bool_]) -> TrainingRows:
     if not len(failures):
         raise ZooError(
             f"training rows: none of {len(any_failure)} has a step that fails, expected some; "
-            "train on a split with failures, or look at its labels with `graspe labels`."
+            "train on a split with failures, or look at its labels with `graspe label propose`."
         )
     stride = max(1, round(len(successes) / (2 * len(failures))) - 1)
     kept = np.sort(np.concatenate((successes[::stride], failures)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated
 
@@ -40,6 +41,8 @@ class GuardSettings(Settings):
     """How far a stamp may lie in the future; more means that the clocks differ."""
     stale_m: Positive = 0.4
     """Metres that the robot may have driven since the cloud: at speed a cloud ages sooner."""
+    reorder_s: Annotated[float, Field(ge=0)] = 0.1
+    """Motions that come late by no more than this are sorted; later ones stop the robot."""
     frozen_m: Positive = 0.5
     """Metres driven after which a pose, a cloud or a picture that stays the same is frozen."""
     needs_picture: bool = True
@@ -54,6 +57,25 @@ class GuardSettings(Settings):
 
 MOST_RETURNS = 3_000_000
 """Of a cloud; to look through more takes longer than a command may."""
+
+
+def in_order(situation: Situation, most_s: float) -> Situation:
+    """The situation with motions by their stamps, where none is late by more than so long.
+
+    The pipeline takes such odometry as well: several threads of a driver may publish it.
+    """
+    motions = getattr(situation, "motions", None)
+    if not isinstance(motions, Sequence) or len(motions) > MOST_MOTIONS:
+        return situation
+    stamps = [getattr(motion, "stamp_ns", None) for motion in motions]
+    if not all(isinstance(stamp, int) for stamp in stamps):
+        return situation
+    known = np.array(stamps, np.int64)
+    late = np.maximum.accumulate(known) - known if known.size else known
+    if not late.any() or late.max() > most_s * 1e9:
+        return situation
+    order = np.argsort(known, kind="stable").tolist()
+    return replace(situation, motions=tuple(motions[place] for place in order))
 
 
 def unfit(situation: Situation, settings: GuardSettings) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from graspe_data.errors import GraspeError
 from graspe_data.robot import Limits
 from planners.deadline import Deadline
-from planners.fitness import FASTEST, GuardSettings, driven_since, unfit
+from planners.fitness import FASTEST, GuardSettings, driven_since, in_order, unfit
 from planners.frozen import FrozenWatch
 from planners.motion_agreement import contradiction
 from planners.progress import GoalWatch
@@ -66,7 +66,7 @@ class Guarded:
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            command = self._asked(situation)
+            command = self._asked(in_order(situation, self._settings.reorder_s))
         except Exception as error:  # noqa: BLE001 - whatever it is, the robot must not drive on
             known = isinstance(error, GraspeError)
             text = _text(error)

@@ -78,6 +78,14 @@ class Dataset:
         self._mapped: dict[int, dict[str, Array]] = {}
         self._most_mapped = _half_of_open_files()
 
+    def __repr__(self) -> str:
+        """Split, rows, columns and the beginning of the digest, for people."""
+        names = ", ".join(column.name for column in self.columns)
+        return (
+            f"<Dataset {self.path} {self.split!r}: {len(self)} rows of {names}; "
+            f"digest {self.digest[:12]}>"
+        )
+
     def __len__(self) -> int:
         """Rows of the split."""
         return self._starts[-1]

@@ -310,3 +310,13 @@ def test_another_cloud_under_the_same_stamp_is_seen(name: str, robots: Robots) -
         blocked = with_wall(replace(sound(), now_ns=NOW + 2 * STEP_NS), 0.75)
         again = replace(blocked, motions=motions_until(NOW + 2 * STEP_NS, DRIVEN))
         assert planner.command(again).linear_velocity <= DRIVEN[0]
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_odometry_that_reorders_a_little_is_sorted(name: str, robots: Robots) -> None:
+    asked = sound()
+    late = (*asked.motions[:-2], asked.motions[-1], asked.motions[-2])
+    found = guarded(name, robots).command(replace(asked, motions=late))
+    same = guarded(name, robots).command(asked)
+    assert (found.linear_velocity, found.yaw_rate) == (same.linear_velocity, same.yaw_rate)
+    assert found.reason == ""
