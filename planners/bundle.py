@@ -31,6 +31,14 @@ class Bundle:
     encode_graph: Graph
     score_graph: Graph
 
+    def check_process(self) -> None:
+        """Refuse a process that was forked since the bundle was loaded; see ``Graph``.
+
+        Raises:
+            PlannerError: The bundle answers in another process alone.
+        """
+        self.encode_graph.check_process()
+
     def encode(self, observation: Arrays) -> Arrays:
         """Features of one observation.
 

@@ -84,8 +84,7 @@ class Graph:
                 the graph fails, or it does not give what the contract says; or it was made in
                 another process.
         """
-        if self._pid != os.getpid():
-            raise PlannerError(f"{self._where}: {_ANOTHER_PROCESS}")
+        self.check_process()
         feed = {tensor.name: self._checked(tensor, arrays) for tensor in self._inputs}
         names = [tensor.name for tensor in self._outputs]
         try:
@@ -94,6 +93,15 @@ class Graph:
             raise PlannerError(f"{self._where}: the graph fails: {error}") from error
         given = dict(zip(names, values, strict=True))
         return {tensor.name: self._checked(tensor, given) for tensor in self._outputs}
+
+    def check_process(self) -> None:
+        """Refuse a process that was forked since.
+
+        Raises:
+            PlannerError: The graph was made in another process.
+        """
+        if self._pid != os.getpid():
+            raise PlannerError(f"{self._where}: {_ANOTHER_PROCESS}")
 
     def __reduce__(self) -> NoReturn:
         """Refuse to be sent elsewhere, which no session can."""

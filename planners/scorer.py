@@ -110,6 +110,8 @@ class Scorer:
             PlannerError: Sensor data are missing, or do not cover the history.
             ObservationError: Sensor data are not what the calibration says.
         """
+        # First of all: OpenCV's threads, too, are those of the process that loaded the bundle.
+        self._bundle.check_process()
         history = self._observer.history(situation)
         if self._seen is not None and self._seen.is_of(situation, history):
             return self._seen.scene
