@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planners.progress import LONGEST_STEP_S
 from planners.situation import Situation
 
-_LONGEST_STEP_S = 1.0
-"""A longer time between two questions is a pause, and counts as no more than this."""
 _METRES_A_RADIAN = 1.0
 """A turn changes what sensors see as well."""
 _REMEMBERED = 64
@@ -67,7 +66,7 @@ class FrozenWatch:
 
     def _drive(self, situation: Situation, commanded: tuple[float, float]) -> None:
         """Count the way by velocities, and the longest by velocities, poses and commands."""
-        passed_s = min(max((situation.now_ns - self._asked_ns) / 1e9, 0.0), _LONGEST_STEP_S)
+        passed_s = min(max((situation.now_ns - self._asked_ns) / 1e9, 0.0), LONGEST_STEP_S)
         self._asked_ns = situation.now_ns
         told, asked = (
             passed_s * (abs(v) + _METRES_A_RADIAN * abs(omega))

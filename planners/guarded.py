@@ -14,15 +14,13 @@ from graspe_data.robot import Limits
 from planners.deadline import Deadline
 from planners.fitness import FASTEST, GuardSettings, driven_since, in_order, unfit
 from planners.frozen import FrozenWatch
-from planners.motion_agreement import contradiction
+from planners.motion_agreement import contradiction, damage_from
 from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"
 
 _TOLERANCE = 1e-6
-_BEYOND = 0.5
-"""m/s beyond twice the limits from which a velocity is damage."""
 _EVERY_S = 1.0
 """Between two lines of the log with the same reason."""
 
@@ -52,8 +50,9 @@ class Guarded:
             clock: Seconds that go on whatever the robot's clock does.
         """
         self._planner, self._limits = planner, limits
-        self._settings = settings or GuardSettings()
-        self._picture = self._settings.needs_picture or getattr(planner, "needs_picture", False)
+        settings = settings or GuardSettings()
+        looks = settings.needs_picture or getattr(planner, "needs_picture", False)
+        self._settings = settings.model_copy(update={"needs_picture": looks})
         self._clock, self._heard_s = clock, 0.0
         self._latest: dict[str, int] = {}
         self._answers = Deadline[Command](self._settings.answer_s)
@@ -78,14 +77,12 @@ class Guarded:
 
     def _asked(self, situation: Situation) -> Command:
         settings = self._settings
-        if settings.needs_picture != self._picture:
-            settings = settings.model_copy(update={"needs_picture": self._picture})
         reason = (
             unfit(situation, settings)
             or self._went_back(situation)
             or contradiction(situation, self._limits)
             or driven_since(situation, settings.stale_m)
-            or self._frozen.frozen(situation, self._given, picture=self._picture)
+            or self._frozen.frozen(situation, self._given, picture=settings.needs_picture)
         )
         if reason:
             return self._stop(situation, reason)
@@ -102,7 +99,7 @@ class Guarded:
         stamps = {"clock": now_ns}
         if situation.cloud is not None:
             stamps["cloud's stamp"] = situation.cloud.stamp_ns
-        if self._picture and situation.picture is not None:
+        if self._settings.needs_picture and situation.picture is not None:
             stamps["picture's stamp"] = situation.picture.stamp_ns
         before, self._latest = self._latest, stamps
         for name, stamp in stamps.items():
@@ -143,7 +140,7 @@ class Guarded:
         self._tell(logging.INFO if arrived else logging.WARNING, f"stop: {reason}")
         limits, period = self._limits, self._settings.period_s
         v, omega = _numbers(situation)
-        if abs(v) > 2 * max(map(abs, limits.linear_velocity)) + _BEYOND:
+        if abs(v) > damage_from(limits)[0]:
             v, omega = 0.0, 0.0
         v, omega = _clipped(v, limits.linear_velocity), _clipped(omega, limits.yaw_rate)
         v, omega = _slower(v, self._given[0]), _slower(omega, self._given[1])

@@ -17,8 +17,16 @@ from planners.situation import Situation
 _LOOKED_BACK_NS: Final = 1_000_000_000
 _SLACK_M, _SLACK_RAD = 0.3, 0.3
 """By which a pose may leap, beside what twice the limits allow."""
+_BEYOND: Final = 0.5
 _TELLING_M: Final = 0.4
 """Less motion in a second than this is not compared."""
+
+
+def damage_from(limits: Limits) -> tuple[float, float]:
+    """From which m/s and rad/s on a velocity is damage: well beyond twice the robot's limits."""
+    bounds = (limits.linear_velocity, limits.yaw_rate)
+    fastest, quickest = (2 * max(map(abs, bound)) + _BEYOND for bound in bounds)
+    return fastest, quickest
 
 
 def contradiction(situation: Situation, limits: Limits) -> str:
@@ -32,9 +40,7 @@ def contradiction(situation: Situation, limits: Limits) -> str:
         situation: Of the right kinds, finite.
         limits: Of the robot.
     """
-    fastest, quickest = (
-        2 * max(map(abs, bounds)) + 0.5 for bounds in (limits.linear_velocity, limits.yaw_rate)
-    )
+    fastest, quickest = damage_from(limits)
     v, omega = situation.velocity
     if abs(v) > fastest or abs(omega) > quickest:
         return f"the velocity {v:g} m/s, {omega:g} rad/s is beyond twice the robot's limits"

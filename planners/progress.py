@@ -11,7 +11,7 @@ from pydantic import Field
 from graspe_data.manifest import Settings
 from planners.situation import Situation
 
-_LONGEST_STEP_S = 1.0
+LONGEST_STEP_S = 1.0
 """A longer time between two questions is a pause, and counts as no more than this."""
 
 
@@ -71,6 +71,6 @@ class GoalWatch:
 
     def _count(self, now_ns: int, away: float) -> None:
         passed_s, self._asked_ns = (now_ns - self._asked_ns) / 1e9, now_ns
-        self._spent_s += min(max(passed_s, 0.0), _LONGEST_STEP_S)
+        self._spent_s += min(max(passed_s, 0.0), LONGEST_STEP_S)
         if away <= self._nearest - self._settings.progress_m:
             self._nearest, self._spent_s = away, 0.0
