@@ -25,7 +25,7 @@ from graspe_data.observation.labels import Decided, LabelSettings, decide, label
 from graspe_data.observation.labels.events import bounds_ns
 from graspe_data.observation.labels.intervals import touches
 from graspe_data.robot import Robot
-from graspe_data.simulation.field import part_generator
+from graspe_data.simulation.field import part_generator, scenario_world
 from graspe_data.simulation.motion.drive import STEP_S, Drive
 from graspe_data.simulation.motion.drive_in_progress import DriveInProgress
 from graspe_data.simulation.motion.drive_robot import drive_robot
@@ -36,7 +36,6 @@ from graspe_data.simulation.recording import ARC_STEP_S, ARC_STEPS, draw_candida
 from graspe_data.simulation.scenario import Scenario, load_scenario
 from graspe_data.simulation.truth.events import true_events
 from graspe_data.simulation.truth.outlook import candidate_success
-from graspe_data.simulation.world.build_world import build_world
 from graspe_data.simulation.world.world import World
 
 WORLDS = ("meadow", "woodland", "thicket", "yard", "mixed", "dusk_woodland", "overgrown")
@@ -81,7 +80,7 @@ def both(name: str, seed: int) -> tuple[Pair, Pair]:
     Each bool (P, T), 1 = success. Of a driven row only the judged steps, so T = 1.
     """
     scenario, robot = load_scenario(name)
-    world = build_world(scenario.world, seed)
+    world = scenario_world(scenario, seed)
     planner = RandomPlanner(
         world, robot, scenario.planner, part_generator(scenario, seed, "planner")
     )

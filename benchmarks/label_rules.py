@@ -20,14 +20,13 @@ from graspe_data.observation.labels import (
     propose,
 )
 from graspe_data.robot import Robot
-from graspe_data.simulation.field import part_generator
+from graspe_data.simulation.field import part_generator, scenario_world
 from graspe_data.simulation.message_stream import IMU_NOISE
 from graspe_data.simulation.motion.drive import STEP_S, Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.random_planner import RandomPlanner
 from graspe_data.simulation.scenario import Scenario, load_scenario
 from graspe_data.simulation.truth.events import true_events
-from graspe_data.simulation.world.build_world import build_world
 from pipelines.label_scores import KINDS
 from pipelines.score_counts import EventScore, score_events
 
@@ -64,7 +63,7 @@ def main() -> int:
 
 def score(scenario: Scenario, robot: Robot, seed: int) -> Scores:
     """One drive, the same as in the recording of that scenario and seed."""
-    world = build_world(scenario.world, seed)
+    world = scenario_world(scenario, seed)
     draw = part_generator(scenario, seed, "planner")
     planner = RandomPlanner(world, robot, scenario.planner, draw)
     motion = part_generator(scenario, seed, "motion")

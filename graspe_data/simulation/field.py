@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,7 @@ from graspe_data.simulation.occlusions import Covers, draw_covers
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.scenario import Scenario
 from graspe_data.simulation.world.build_world import build_world
+from graspe_data.simulation.world.streams import stream
 from graspe_data.simulation.world.world import World
 
 
@@ -58,7 +58,7 @@ def build_field(
     Raises:
         ManifestError: The world cannot be built as the scenario asks.
     """
-    world = build_world(scenario.world, seed)
+    world = scenario_world(scenario, seed)
     _check_birth(world, robot)
     light = draw_light(scenario.light, part_generator(scenario, seed, "light"))
     drawn = part_generator(scenario, seed, "occlusions")
@@ -74,12 +74,21 @@ def build_field(
     )
 
 
+def scenario_world(scenario: Scenario, seed: int) -> World:
+    """The world of a scenario and a seed.
+
+    Raises:
+        ManifestError: It cannot be built as the scenario asks.
+    """
+    return build_world(scenario.world, scenario.name, seed)
+
+
 def part_generator(scenario: Scenario, seed: int, part: str, *more: int) -> np.random.Generator:
     """The generator of one part of a simulation: what one draws changes no other.
 
     Scenarios of other names draw otherwise from the same seed; ``more`` numbers it further.
     """
-    return np.random.default_rng([seed, zlib.crc32(f"{scenario.name}/{part}".encode()), *more])
+    return stream(scenario.name, seed, part, *more)
 
 
 def _check_birth(world: World, robot: Robot) -> None:

@@ -20,7 +20,7 @@ from graspe_data.arrays import Floats
 from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import StageError
 from graspe_data.manifest import load_manifest
-from graspe_data.simulation.world.build_world import build_world
+from graspe_data.simulation.field import scenario_world
 from graspe_data.simulation.world.materials import MATERIAL_NAMES, MaterialName
 from graspe_data.simulation.world.obstacles import Obstacles
 from graspe_data.simulation.world.world import World
@@ -74,7 +74,7 @@ def write_trial_picture(out: Path, scenario: str, seed: int, file: Path) -> Path
     if not trials:
         raise StageError(f"{out / scenario}: no trials of seed {seed} there.")
     conditions = load_manifest(out / scenario / CONDITIONS_FILE, Conditions)
-    world = build_world(conditions.scenario.world, seed)
+    world = scenario_world(conditions.scenario, seed)
     radius = conditions.trial.goal_radius
     write_atomically(file, [draw_trials(world, trials, radius)], StageError)
     return file

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from graspe_data.errors import StageError
+from graspe_data.simulation.field import scenario_world
 from graspe_data.simulation.motion.footprint import clearance
-from graspe_data.simulation.world.build_world import build_world
 from pipelines.trials.config import Conditions
 
 MOST_BARRED = 100
@@ -54,7 +54,7 @@ def _open(conditions: Conditions, first: int) -> Iterator[int]:
 
 
 def _is_open(conditions: Conditions, seed: int) -> bool:
-    world, footprint = build_world(conditions.scenario.world, seed), conditions.robot.footprint
+    world, footprint = scenario_world(conditions.scenario, seed), conditions.robot.footprint
     x, y = conditions.scenario.goal or world.start[:2]
     ways = np.linspace(0.0, np.pi, 12, endpoint=False)
     poses = np.column_stack([np.full(12, x), np.full(12, y), ways])

@@ -15,23 +15,26 @@ from graspe_data.simulation.world.obstacles import Obstacle, Obstacles
 from graspe_data.simulation.world.placement import place_features
 from graspe_data.simulation.world.plan import NOWHERE, Plan
 from graspe_data.simulation.world.settings import WorldSettings
+from graspe_data.simulation.world.streams import stream
 from graspe_data.simulation.world.world import Ground, World
 
 MOST_TRIANGLES = 6_000_000
-GROUND_STREAM = 1_000_000
-"""Of the ground's generator; features use their index."""
 
 
-def build_world(settings: WorldSettings, seed: int) -> World:
-    """Place everything, then make its surfaces. The same settings and seed give the same world.
+def build_world(settings: WorldSettings, name: str, seed: int) -> World:
+    """Place everything, then make its surfaces. The same arguments give the same world.
+
+    Args:
+        settings: The world's.
+        name: Of the scenario; worlds of other names share nothing that is drawn.
+        seed: Of everything that is drawn.
 
     Raises:
         ManifestError: Something placed hinders the start, what is scattered does not fit, or the
             world would have more than 6 million triangles. The text names the feature.
     """
-    draws = np.random.default_rng([seed, GROUND_STREAM])
-    ground = make_ground(settings.ground, settings.arena, draws)
-    plans = _plans(settings, ground, seed)
+    ground = make_ground(settings.ground, settings.arena, stream(name, seed, "ground"))
+    plans = _plans(settings, ground, name, seed)
     _check_triangles(settings, plans, 2 * ground.heights.size)
     meshes = [ground_mesh(ground, settings.ground), *(mesh for p in plans for mesh in p.make())]
     obstacles = [_changed(obstacle, settings) for plan in plans for obstacle in plan.obstacles]
@@ -45,15 +48,15 @@ def build_world(settings: WorldSettings, seed: int) -> World:
     )
 
 
-def _plans(settings: WorldSettings, ground: Ground, seed: int) -> list[Plan]:
-    spots = place_features(settings, seed)
+def _plans(settings: WorldSettings, ground: Ground, name: str, seed: int) -> list[Plan]:
+    spots = place_features(settings, name, seed)
     return [
         plan_feature(
             feature,
             spots.get(index, NOWHERE),
             ground,
             settings.arena,
-            np.random.default_rng([seed, index, 1]),
+            stream(name, seed, "shapes", index),
         )
         for index, feature in enumerate(settings.features)
     ]

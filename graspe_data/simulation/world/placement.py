@@ -10,18 +10,19 @@ from graspe_data.simulation.world.kinds.tall_grass import TallGrass
 from graspe_data.simulation.world.plan import NOWHERE, Spots
 from graspe_data.simulation.world.scattering import check_number, join_spots, radii, scatter
 from graspe_data.simulation.world.settings import WorldSettings
+from graspe_data.simulation.world.streams import stream
 from graspe_data.simulation.world.surroundings import SOLID, Surroundings
 
 STRIPE = 1.0
 """Width in metres of the stripes that cover a region filled with grass."""
 
 
-def place_features(settings: WorldSettings, seed: int) -> dict[int, Spots]:
+def place_features(settings: WorldSettings, name: str, seed: int) -> dict[int, Spots]:
     """Spots of every feature that stands on the ground, by its index.
 
     What is placed comes first, then what is scattered, each in the order of the settings. Each
     feature draws from a generator of its own, so that a change of one moves others only where
-    they would collide.
+    they would collide; ``name`` is the scenario's.
 
     Raises:
         ManifestError: Something placed hinders the start, or what is scattered does not fit.
@@ -32,7 +33,7 @@ def place_features(settings: WorldSettings, seed: int) -> dict[int, Spots]:
     for index, feature in sorted(features, key=lambda item: item[1].per_100_m2 is not None):
         where = f"features.{index}.{feature.kind}"
         around = Surroundings(settings, solid, feature, where)
-        spots[index] = _spots(around, np.random.default_rng([seed, index]))
+        spots[index] = _spots(around, stream(name, seed, "places", index))
         if around.effect in SOLID:
             solid = join_spots(solid, spots[index])
         check_number(where, sum(map(len, spots.values())))

@@ -22,7 +22,7 @@ FIELD = WorldSettings(
 
 
 def test_the_same_seed_gives_the_same_world_to_the_byte() -> None:
-    one, same, other = (build_world(FIELD, seed) for seed in (4, 4, 5))
+    one, same, other = (build_world(FIELD, "tried", seed) for seed in (4, 4, 5))
     assert one.surfaces.vertices.tobytes() == same.surfaces.vertices.tobytes()
     assert one.surfaces.faces.tobytes() == same.surfaces.faces.tobytes()
     assert one.obstacles.strength.tobytes() == same.obstacles.strength.tobytes()
@@ -32,13 +32,13 @@ def test_the_same_seed_gives_the_same_world_to_the_byte() -> None:
 
 def test_a_typical_field_is_built_in_a_second_and_a_half() -> None:
     start = time.perf_counter()
-    world = build_world(FIELD, 1)
+    world = build_world(FIELD, "tried", 1)
     assert time.perf_counter() - start < 1.5
     assert 200_000 < len(world.surfaces.faces) < 2_000_000
 
 
 def test_arena_and_start_are_handed_on() -> None:
-    world = build_world(WorldSettings(length=10, width=8, start=(1, 2, 0.5)), 0)
+    world = build_world(WorldSettings(length=10, width=8, start=(1, 2, 0.5)), "tried", 0)
     assert world.arena == (-5.0, -4.0, 5.0, 4.0)
     assert world.start == (1.0, 2.0, 0.5)
     assert world.materials == tuple(MATERIALS.values())
@@ -49,7 +49,7 @@ def test_a_world_too_large_names_its_largest_feature_before_making_it() -> None:
     settings = WorldSettings(length=200, width=200, features=(Tree(per_100_m2=(0, 0)), jungle))
     start = time.perf_counter()
     with pytest.raises(ManifestError, match=r"features\.1\.tall_grass: .* at most 6000000"):
-        build_world(settings, 0)
+        build_world(settings, "tried", 0)
     assert time.perf_counter() - start < 2
 
 
@@ -59,7 +59,7 @@ def test_a_material_may_look_and_act_differently_in_one_world() -> None:
         "hanging_leaf": MaterialChange(effect="slows", strength=0.7),
     }
     features = (TallGrass(at=((5, 5),)), HangingLeaves(at=((0, 0),)), Bush(at=((-5, 5),)))
-    world = build_world(WorldSettings(features=features, materials=changes), 0)
+    world = build_world(WorldSettings(features=features, materials=changes), "tried", 0)
     grass = world.materials[MATERIAL_NAMES.index("grass")]
     assert (grass.reflectivity, grass.colour) == (0.9, MATERIALS["grass"].colour)
     assert world.obstacles.having("entangles").material == ("grass", "bush")

@@ -44,7 +44,7 @@ def _settings(*features: dict[str, Any], **more: Any) -> WorldSettings:
 
 def _flat(*features: dict[str, Any]) -> World:
     ground = {"amplitude": 0.0, "cell": 1.0}
-    return build_world(_settings(*features, start=[-8, 0, 0], ground=ground), 3)
+    return build_world(_settings(*features, start=[-8, 0, 0], ground=ground), "tried", 3)
 
 
 def _cast(world: World, origin: list[float], direction: list[float]) -> Hits:
@@ -60,9 +60,9 @@ def _seen(world: World, origin: list[float], direction: list[float]) -> tuple[st
 def test_a_plan_says_how_many_triangles_it_will_make(feature: dict[str, Any]) -> None:
     settings = _settings(feature)
     ground = Ground(np.zeros((2, 2)), (-50.0, -50.0), 100.0)
-    spots = place_features(settings, 4).get(0)
+    spots = place_features(settings, "tried", 4).get(0)
     if spots is None:
-        spots = place_features(_settings({"kind": "rock", "at": [[3, 3]]}), 0)[0]
+        spots = place_features(_settings({"kind": "rock", "at": [[3, 3]]}), "tried", 0)[0]
     plan = plan_feature(
         settings.features[0], spots, ground, settings.arena, np.random.default_rng(1)
     )
@@ -74,7 +74,7 @@ def test_a_plan_says_how_many_triangles_it_will_make(feature: dict[str, Any]) ->
 
 
 def test_all_kinds_stand_in_one_world_on_uneven_ground() -> None:
-    world = build_world(_settings(*EVERY_KIND), 5)
+    world = build_world(_settings(*EVERY_KIND), "tried", 5)
     names = {MATERIAL_NAMES[index] for index in np.unique(world.surfaces.material)}
     assert names == set(MATERIAL_NAMES) - {"soil", "gravel", "floor"}
     assert len(world.obstacles.material) > 20
@@ -181,7 +181,7 @@ def test_dense_grass_slows_more_than_sparse() -> None:
 
 @pytest.mark.parametrize("kind", ["tree", "bush", "rock", "pillar", "vine", "tall_grass"])
 def test_everything_stands_on_the_height_of_the_ground(kind: str) -> None:
-    world = build_world(_settings({"kind": kind, "at": [[4, 3], [-4, 5], [6, -6]]}), 6)
+    world = build_world(_settings({"kind": kind, "at": [[4, 3], [-4, 5], [6, -6]]}), "tried", 6)
     feature = {"tree": "bark", "tall_grass": "grass"}.get(kind, kind)
     mine = world.surfaces.material == MATERIAL_NAMES.index(feature)
     corners: Floats = world.surfaces.vertices[world.surfaces.faces[mine].ravel()].astype(float)
@@ -202,11 +202,11 @@ def test_a_ball_is_closed_and_faces_outwards(finer: int) -> None:
 
 @pytest.mark.parametrize("kind", [kind["kind"] for kind in EVERY_KIND if "per_100_m2" in kind])
 def test_none_of_a_kind_is_no_error(kind: str) -> None:
-    world = build_world(_settings({"kind": kind, "per_100_m2": [0, 0]}), 1)
+    world = build_world(_settings({"kind": kind, "per_100_m2": [0, 0]}), "tried", 1)
     assert world.obstacles.material == ()
 
 
 @pytest.mark.parametrize("kind", ["tree", "hanging_leaves", "bush", "tall_grass", "vine"])
 def test_plants_may_be_bare(kind: str) -> None:
     bare = {"kind": kind, "at": [[4, 4]], "leaf_area_density": [0, 0]}
-    assert len(build_world(_settings(bare), 1).obstacles.material) == 1
+    assert len(build_world(_settings(bare), "tried", 1).obstacles.material) == 1

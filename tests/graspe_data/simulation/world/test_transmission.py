@@ -71,7 +71,7 @@ def test_a_field_of_tall_grass_has_the_density_it_was_asked_for(density: float) 
     settings = WorldSettings(
         length=8, width=8, ground={"amplitude": 0, "cell": 1.0}, features=(grass,)
     )
-    world = build_world(settings, 2)
+    world = build_world(settings, "tried", 2)
     scene, way = RayScene(world.surfaces), 1.0
     levels = np.linspace(0.025, 0.975, 20)
     depths = []
@@ -99,7 +99,7 @@ def test_a_bush_dims_a_ray_by_the_length_of_its_way_through_the_dome() -> None:
     expected = []
     for seed in range(10):
         origins = _along_x(0.5, (0.2, 0.6), -2.0)[:2000]
-        scene = RayScene(build_world(settings, seed).surfaces)
+        scene = RayScene(build_world(settings, "tried", seed).surfaces)
         shares.append(1 - scene.blocked(origins, np.tile([1.0, 0, 0], (2000, 1)), 4.0).mean())
         inside = 1 - (origins[:, 1] / radius) ** 2 - (origins[:, 2] / height) ** 2
         chord = 2 * radius * np.sqrt(np.maximum(inside, 0))
