@@ -102,7 +102,7 @@ def run(quick: bool) -> list[Measurement]:
             peer_value=floor,
             better="lower",
             target=1.6,
-            note="keys and order known beforehand; ours sorts by radix; malloc warm",
+            note="keys and order known beforehand; malloc warm",
         ),
         Measurement(
             name="equation (3) against a KD-tree",

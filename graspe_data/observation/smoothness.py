@@ -28,10 +28,22 @@ def smoothness(
     points = np.ascontiguousarray(ordered_xyz.T)
     around, size = _sums_around(points, ring_starts, neighbours)
     # sum (X_l - X_k) = (|M| + 1) X_l - (X_l + sum X_k)
-    difference = np.square((size + 1) * points - around).sum(axis=0)
-    norm = np.square(points).sum(axis=0) * np.square(size)
-    c: NDArray[np.float32] = np.sqrt(difference / np.maximum(norm, np.finfo(np.float32).tiny))
-    return c
+    difference = (size + 1) * points
+    difference -= around
+    # c_l squared: |sum|^2 / (|X_l|^2 |M|^2)
+    c = _squared_lengths(difference)
+    norm = _squared_lengths(points)
+    norm *= np.square(size, out=size)
+    c /= np.maximum(norm, np.finfo(np.float32).tiny, out=norm)
+    return np.sqrt(c, out=c)
+
+
+def _squared_lengths(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Squared length (N,) of each column of (3, N)."""
+    squares = np.square(vectors)
+    total: NDArray[np.float32] = squares[0] + squares[1]
+    total += squares[2]
+    return total
 
 
 def _sums_around(
