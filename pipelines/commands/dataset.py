@@ -134,13 +134,39 @@ def report(
 @app.command()
 def picture(
     folder: Folder,
-    row: Annotated[int, typer.Argument(min=0, help="The row in its split.")],
-    split: Annotated[str, typer.Option(help="The split.")] = "train",
+    row: Annotated[
+        int | None, typer.Argument(min=0, help="The row in its split.", show_default=False)
+    ] = None,
+    at: Annotated[
+        tuple[str, float] | None,
+        typer.Option(
+            help="In place of a row: the name of a recording, and seconds since its start.",
+            metavar="NAME SECONDS",
+        ),
+    ] = None,
+    split: Annotated[
+        str | None, typer.Option(help="The split: train; with --at, that of the nearest row.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="The PNG file.")] = Path("row.png"),
 ) -> None:
-    """Draw one row: picture with trajectory, cloud from above, velocities, reliabilities, label."""
-    from pipelines.report import write_row_picture  # noqa: PLC0415  (matplotlib is slow to load)
+    """Draw one row: picture with trajectory, cloud from above, velocities, reliabilities, label.
 
+    The row is given by its number, or by its recording and the time: --at field.bag 27.5.
+    """
+    from pipelines.report import find_row, write_row_picture  # noqa: PLC0415  (slow: matplotlib)
+
+    if (row is None) == (at is None):
+        raise ShardError(
+            f"{folder}: which row? Give its number, or --at NAME SECONDS: one of the two."
+        )
+    if at is not None:
+        found = find_row(folder, *at, split)
+        split, row = found.split, found.row
+        typer.echo(
+            f"{found.recording}: nearest is {split} row {row} at {found.time_s:.2f} s, "
+            f"{found.apart_s:.2f} s from {at[1]:g} s"
+        )
+    split, row = split or "train", row or 0
     rows = read_index(folder).rows(split)
     if row >= rows:
         raise ShardError(f"{folder}: no row {row} in {split}: it has {rows}, counted from 0.")
