@@ -1,4 +1,4 @@
-"""``graspe dataset``: build, info, verify, report, picture."""
+"""``graspe dataset``: build, info, verify, pack, report, picture."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from graspe_data.shards.verify import verify_dataset
 from pipelines.build import SPLITS, BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe, robot_manifest
 from pipelines.executors import Workers, one_thread
+from pipelines.pack import TAR, Packed, pack_dataset
 from pipelines.progress import ConsoleProgress
 from pipelines.rederive import rederive_rows
 
@@ -119,6 +120,36 @@ def verify(
 
 
 @app.command()
+def pack(
+    folder: Folder,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="A .tar, or a folder; DATASET.tar beside the dataset.", show_default=False
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make what is sent to others: shards, index, labels, report; no episodes.
+
+    Every shard is checked on the way. The same dataset gives the same bytes.
+    """
+    whole = folder.resolve()
+    with ConsoleProgress(Console(stderr=True)) as progress:
+        packed = pack_dataset(folder, out or whole.with_name(f"{whole.name}{TAR}"), progress)
+    if as_json:
+        typer.echo(json.dumps(_pack_json(packed), indent=2))
+        return
+    typer.echo(
+        f"{folder}: {packed.bytes_before / 1e6:.1f} MB; packed {packed.bytes_after / 1e6:.1f} MB "
+        f"in {len(packed.files)} files; digest {packed.digest}"
+    )
+    for name, size in packed.left_out.items():
+        typer.echo(f"left out: {name}, {size / 1e6:.1f} MB")
+    typer.echo(f"{packed.target}")
+
+
+@app.command()
 def report(
     folder: Folder,
     out: Annotated[Path | None, typer.Option(help="The page; report.html in the folder.")] = None,
@@ -172,6 +203,17 @@ def picture(
         raise ShardError(f"{folder}: no row {row} in {split}: it has {rows}, counted from 0.")
     write_row_picture(folder, split, row, out)
     typer.echo(f"{out}")
+
+
+def _pack_json(packed: Packed) -> dict[str, object]:
+    return {
+        "dataset_digest": packed.digest,
+        "packed": str(packed.target),
+        "files": list(packed.files),
+        "bytes_before": packed.bytes_before,
+        "bytes_after": packed.bytes_after,
+        "left_out": packed.left_out,
+    }
 
 
 def _build_json(result: BuildResult) -> dict[str, object]:
