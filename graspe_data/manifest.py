@@ -14,6 +14,8 @@ from pydantic_core import ErrorDetails
 from graspe_data.errors import ManifestError
 
 MAXIMUM_BYTES = 4 << 20
+NOT_YAML = (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError)
+"""What the loader raises on a text that is not YAML."""
 
 Kind = Literal["robots", "datasets", "models", "recipes", "scenarios"]
 
@@ -71,18 +73,28 @@ def read_yaml(path: Path) -> Any:
     Raises:
         ManifestError: The file is missing, too large, not YAML, has aliases, or gives a key twice.
     """
+    text = read_text(path)
     try:
-        if path.stat().st_size > MAXIMUM_BYTES:
-            raise ManifestError(f"{path}: larger than {MAXIMUM_BYTES} bytes, so not a manifest.")
-        text = path.read_text(encoding="utf-8")
-        return _Loader(text).get_single_data()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ManifestError(f"{path}: cannot be read: {error}") from error
-    except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError) as error:
+        return StrictLoader(text).get_single_data()
+    except NOT_YAML as error:
         raise ManifestError(f"{path}: not valid YAML: {error}") from error
 
 
-class _Loader(yaml.SafeLoader):
+def read_text(path: Path) -> str:
+    """The text of a manifest.
+
+    Raises:
+        ManifestError: The file is missing, too large, or not UTF-8.
+    """
+    try:
+        if path.stat().st_size > MAXIMUM_BYTES:
+            raise ManifestError(f"{path}: larger than {MAXIMUM_BYTES} bytes, so not a manifest.")
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ManifestError(f"{path}: cannot be read: {error}") from error
+
+
+class StrictLoader(yaml.SafeLoader):
     """A key that is given twice is a mistake, where YAML's own loader takes the last.
 
     So are aliases: a few lines of them stand for more values than memory holds.
@@ -123,11 +135,12 @@ def validate(content: dict[str, Any], model: type[Model], where: str) -> Model:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        faults = "\n".join(f"  {_describe(fault, model)}" for fault in error.errors())
+        faults = "\n".join(f"  {describe_fault(fault, model)}" for fault in error.errors())
         raise ManifestError(f"{where}: not a valid {model.__name__}:\n{faults}") from error
 
 
-def _describe(fault: ErrorDetails, model: type[BaseModel]) -> str:
+def describe_fault(fault: ErrorDetails, model: type[BaseModel]) -> str:
+    """One fault that validation found: the key, what is wrong, what was found or is known."""
     key = ".".join(str(part) for part in fault["loc"]) or "the whole"
     if fault["type"] == "value_error":
         return f"{key}: {fault['msg'].removeprefix('Value error, ')}."

@@ -27,7 +27,9 @@ COMMANDS = {
     ),
     "dataset": LazyCommand(f"{_ROOM}.dataset", "app", "Build, describe and check datasets."),
     "label": LazyCommand(
-        f"{_ROOM}.labels", "app", "Propose failures for people, and score the rules."
+        f"{_ROOM}.labels",
+        "app",
+        "Propose failures for people, check their verdicts, and score the rules.",
     ),
     "zoo": LazyCommand(f"{_ROOM}.zoo", "app", "List, train, evaluate and compare models."),
     "export": LazyCommand(

@@ -76,6 +76,7 @@ def pack_dataset(folder: Path, target: Path, progress: Progress) -> Packed:
                 f"{target}: cannot be written: {error.strerror or error}. Give another --out."
             ) from error
         before = _sizes(folder)
+    packed = {*files}
     after = _sizes(target) if target.is_dir() else {target.name: target.stat().st_size}
     return Packed(
         target,
@@ -83,7 +84,7 @@ def pack_dataset(folder: Path, target: Path, progress: Progress) -> Packed:
         tuple(files),
         sum(before.values()),
         sum(after.values()),
-        _by_top({path: size for path, size in before.items() if path not in {*files}}),
+        _by_top({path: size for path, size in before.items() if path not in packed}),
     )
 
 

@@ -1,4 +1,4 @@
-"""``graspe label``: propose failures for people to review, and score the rules that propose."""
+"""``graspe label``: propose failures for people to review, check files, and score the rules."""
 
 from __future__ import annotations
 
@@ -24,13 +24,17 @@ from graspe_data.observation.labels import (
 from graspe_data.recordings import open_recording, recording_digest
 from graspe_data.recordings.discovery import find_recordings
 from graspe_data.synchronisation.synchronised import synchronise
-from pipelines.commands.dataset import SOME_REFUSED, AsJson, More, Recordings
+from pipelines.commands.dataset import FAULTY, SOME_REFUSED, AsJson, More, Recordings
 from pipelines.dataset_settings import DatasetRecipe, load_recipe
+from pipelines.label_check import LabelCheck, check_labels_file, find_labels
 from pipelines.label_scores import LabelScore, score_labels, sum_scores
 from pipelines.motion_files import motion_series
 from pipelines.score_counts import EventScore, StepScore
 
-app = typer.Typer(no_args_is_help=True, help="Propose failures for people, and score the rules.")
+app = typer.Typer(
+    no_args_is_help=True,
+    help="Propose failures for people, check their verdicts, and score the rules.",
+)
 
 
 @app.command("propose")
@@ -51,6 +55,55 @@ def propose_command(
             refused += 1
             typer.echo(f"refused: {error}", err=True)
     raise typer.Exit(SOME_REFUSED if refused else 0)
+
+
+@app.command("check")
+def check_command(
+    labels: Annotated[
+        Path, typer.Argument(help="A labels file, or a folder of them.", show_default=False)
+    ],
+    recordings: Recordings = [],  # noqa: B006
+    more: More = None,
+    manifest: Annotated[
+        str | None,
+        typer.Option(help="A dataset manifest: ends are held against the odometry, as it says."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check labels files without building: every fault at once, each with its line.
+
+    Form, kinds, verdicts, names, order and overlap; with --recordings that they are of these and
+    lie within them. Exit code 0: no fault; 2: some.
+    """
+    given = [*recordings, *(more or [])]
+    found = find_recordings(given) if given else []
+    recipe = load_recipe(manifest) if manifest else None
+    checks = [check_labels_file(path, found, recipe) for path in find_labels(labels)]
+    if as_json:
+        typer.echo(json.dumps([_check_json(check) for check in checks], indent=2))
+    else:
+        for check in checks:
+            _print_check(check)
+    raise typer.Exit(FAULTY if any(check.faults for check in checks) else 0)
+
+
+def _check_json(check: LabelCheck) -> dict[str, object]:
+    return {
+        "labels": str(check.path),
+        "recording": None if check.recording is None else str(check.recording),
+        "verdicts": check.verdicts,
+        "faults": [asdict(fault) for fault in check.faults],
+    }
+
+
+def _print_check(check: LabelCheck) -> None:
+    for fault in check.faults:
+        typer.echo(f"{check.path}:{fault.line or ''}{':' if fault.line else ''} {fault.text}")
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in check.verdicts.items())
+    against = f"; held against {check.recording}" if check.recording else ""
+    typer.echo(
+        f"{check.path}: {len(check.faults)} faults; intervals: {verdicts or 'none'}{against}"
+    )
 
 
 @app.command("score")

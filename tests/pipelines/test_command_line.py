@@ -33,6 +33,7 @@ COMMANDS = (
     ("dataset", "picture"),
     ("label",),
     ("label", "propose"),
+    ("label", "check"),
     ("label", "score"),
     ("zoo",),
     ("zoo", "list"),
@@ -115,6 +116,9 @@ def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) ->
         ("scaffold text", "neither a ROS 1 bag"),
         ("inspect text --robot spott", "Did you mean 'spot'?"),
         ("label propose field -r missing", "missing: no such file or folder"),
+        ("label check missing", "missing: cannot be read"),
+        ("label check empty", "empty: no labels file here or below"),
+        ("label check text -r missing", "missing: no such file or folder"),
     ],
 )
 def test_a_mistake_is_one_clear_text_on_stderr(graspe: Run, arguments: str, text: str) -> None:
