@@ -12,6 +12,12 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from model_zoo.resampling import rows_with_failure
 
+UNJUDGED = (
+    "The driven path leaves the predicted one, the odometry has gaps, or failures that nobody "
+    "reviewed were left out: `graspe dataset report` counts such rows, docs/labels.md tells what "
+    "is judged."
+)
+"""Why the steps of a row are not judged, and where to look, for the texts of errors."""
 SUCCESS, MASK = LABEL_COLUMNS = ("success", "success_mask")
 
 
@@ -80,8 +86,7 @@ def _check_classes(labels: Labels, where: str) -> None:
     if not judged.size:
         raise ZooError(
             f"{where}: none of {len(labels.mask)} rows has a judged step, expected both "
-            "successes and failures. Label its recordings (`graspe label propose`) and build it "
-            "again."
+            f"successes and failures. {UNJUDGED}"
         )
     if judged.all() or not judged.any():
         only = "successes" if judged.all() else "failures"

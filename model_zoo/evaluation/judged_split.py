@@ -20,7 +20,7 @@ from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.checkpoints.lineage import check_observed_alike
 from model_zoo.contents import check_values
 from model_zoo.evaluation.cell import ALL_SCENARIOS
-from model_zoo.labels import check_binary
+from model_zoo.labels import UNJUDGED, check_binary
 
 _LABELS = ("success", "success_mask", "recording")
 _UNGROUPED = "ungrouped"
@@ -69,6 +69,7 @@ def open_judged_split(
     index = read_index(path)
     _check_columns(checkpoint, index, path)
     _check_lineage(checkpoint, index, split, path)
+    _check_rows(index, split, path)
     labels = Dataset(path, split, _LABELS, check="sha256")
     columns = labels.batch(np.arange(len(labels)))
     _check_recordings(columns["recording"], index, split, path)
@@ -96,9 +97,19 @@ def _judged_rows(columns: Mapping[str, NDArray[Any]], where: str) -> Indices:
     if not rows.size:
         raise ZooError(
             f"{where}: none of its {len(mask)} rows has a judged step, so there is nothing to "
-            "score. Label its recordings and build the dataset again."
+            f"score. {UNJUDGED}"
         )
     return rows
+
+
+def _check_rows(index: DatasetIndex, split: str, path: Path) -> None:
+    if not index.rows(split):
+        found = ", ".join(f"{name} {index.rows(name)}" for name in index.splits)
+        raise ZooError(
+            f"{path}: the split {split!r} has no rows, so there is nothing to score; rows found: "
+            f"{found}. Give another --split; or declare a group of recordings for it under "
+            f"split.groups in the dataset's manifest, and build again."
+        )
 
 
 def _thinned(rows: Indices, recording: NDArray[Any], stamp_ns: NDArray[Any], every: int) -> Indices:

@@ -10,6 +10,7 @@ import torch
 
 from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
+from graspe_data.shards.dataset_manifest import read_index, write_index
 from model_zoo import metrics
 from model_zoo.checkpoints import Calibration, load_checkpoint
 from model_zoo.checkpoints.lineage import Lineage
@@ -205,8 +206,14 @@ def test_data_that_does_not_fit_is_refused(
     with pytest.raises(ZooError, match="a group is named 'all'"):
         evaluated(folder, write_tiny_dataset(tmp_path / "all", ("all",)))
     unjudged = write_tiny_dataset(tmp_path / "unjudged", ("hill",), judged=0.0)
-    with pytest.raises(ZooError, match=r"none of its 12 rows has a judged step"):
+    with pytest.raises(ZooError, match=r"none of its 12 rows has a judged step.*nobody reviewed"):
         evaluated(folder, unjudged)
+    write_index(
+        unjudged, read_index(unjudged).model_copy(update={"splits": {"test": []}, "recordings": []})
+    )
+    with pytest.raises(ZooError, match=r"'test' has no rows.*found: test 0.*split\.groups") as none:
+        evaluated(folder, unjudged)
+    assert "Label" not in str(none.value)
     further = TinyModel(4)
     other = write_tiny("further", model=further, numbers={"horizon": 4})
     with pytest.raises(ZooError, match=r"column success: expected rows of shape \(4,\)"):
