@@ -19,6 +19,8 @@ HAZE = 1.0 / 600.0
 """Share of the light lost in a metre of air."""
 GLASS_REFLECTS = 0.08
 """At normal incidence, both faces of a pane (4 % each at an index of 1.5)."""
+WATER_REFLECTS = 0.02
+"""At normal incidence, at an index of 1.33."""
 STEP = 1e-3
 
 Rows = NDArray[np.float32]
@@ -45,6 +47,9 @@ class View:
         through = [material.transmission for material in world.materials]
         self._through = np.zeros(NOTHING + 1, np.float32)
         self._through[: len(through)] = through
+        self._gloss = np.zeros(NOTHING + 1, np.float32)
+        for index in np.unique(world.surfaces.material):
+            self._gloss[index] = world.materials[index].gloss
 
     def look(self, origin: Rows, directions: Rows, near: float, pixel_angle: float) -> Seen:
         """Follow rays from one place.
@@ -90,7 +95,10 @@ class View:
         solid = np.flatnonzero(~(free | pane))
         ahead, met = directions[solid], _only(hits, solid)
         points = origin + ahead * met.distance[:, None]
-        radiance[solid] = self._hazy(self._shading.radiance(points, met, pixel_angle), met.distance)
+        shown = self._shading.radiance(points, met, pixel_angle)
+        if self._gloss.any():
+            self._add_gloss(shown, ahead, met)
+        radiance[solid] = self._hazy(shown, met.distance)
         return radiance
 
     def _hazy(self, radiance: Rows, distance: Rows) -> Rows:
@@ -102,13 +110,21 @@ class View:
         faded: Rows = radiance * clear + air * (1.0 - clear)
         return faded
 
+    def _add_gloss(self, radiance: Rows, directions: Rows, hits: Hits) -> None:
+        """What is wet mirrors the sky; what stands between the two is left out."""
+        wet = np.flatnonzero(self._gloss[hits.material])
+        mirrored = self._mirrored(directions[wet], hits.normal[wet], WATER_REFLECTS)
+        radiance[wet] += self._gloss[hits.material[wet], None] * mirrored
+
     def _pass_pane(self, directions: Rows, hits: Hits) -> Rows:
-        passed: Rows = self._through[hits.material] * (1.0 - _mirror_share(directions, hits.normal))
+        passed: Rows = self._through[hits.material] * (
+            1.0 - _mirror_share(directions, hits.normal, GLASS_REFLECTS)
+        )
         return passed
 
-    def _mirrored(self, directions: Rows, normals: Rows) -> Rows:
+    def _mirrored(self, directions: Rows, normals: Rows, squarely: float = GLASS_REFLECTS) -> Rows:
         along = np.einsum("nk,nk->n", directions, normals)[:, None]
-        share = _mirror_share(directions, normals)
+        share = _mirror_share(directions, normals, squarely)
         outward = directions - 2.0 * along * normals
         if self._light.sky == "indoor":
             dim = np.float32(GROUND_ALBEDO * self._light.level_lux / np.pi)
@@ -117,10 +133,10 @@ class View:
         return share[:, None] * sky_radiance(outward, self._light)
 
 
-def _mirror_share(directions: Rows, normals: Rows) -> Rows:
+def _mirror_share(directions: Rows, normals: Rows, squarely: float) -> Rows:
     """Fresnel's reflectance by Schlick 1994: R0 + (1 - R0) (1 - cos)^5."""
     cosine = np.abs(np.einsum("nk,nk->n", directions, normals))
-    share: Rows = np.float32(GLASS_REFLECTS) + np.float32(1.0 - GLASS_REFLECTS) * (1 - cosine) ** 5
+    share: Rows = np.float32(squarely) + np.float32(1.0 - squarely) * (1 - cosine) ** 5
     return share
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from graspe_data.errors import ManifestError
 from graspe_data.simulation.world.ground import ground_mesh, make_ground
+from graspe_data.simulation.world.kinds.ditch import dig
 from graspe_data.simulation.world.kinds.plan_feature import plan_feature
+from graspe_data.simulation.world.looks import draw_looks
 from graspe_data.simulation.world.materials import MATERIALS, Material
 from graspe_data.simulation.world.mesh import join_meshes
 from graspe_data.simulation.world.obstacles import Obstacle, Obstacles
 from graspe_data.simulation.world.placement import place_features
-from graspe_data.simulation.world.plan import NOWHERE, Plan
+from graspe_data.simulation.world.plan import NOWHERE, Plan, Spots
 from graspe_data.simulation.world.settings import WorldSettings
 from graspe_data.simulation.world.streams import stream
 from graspe_data.simulation.world.world import Ground, World
@@ -34,13 +37,15 @@ def build_world(settings: WorldSettings, name: str, seed: int) -> World:
             world would have more than 6 million triangles. The text names the feature.
     """
     ground = make_ground(settings.ground, settings.arena, stream(name, seed, "ground"))
-    plans = _plans(settings, ground, name, seed)
+    spots = place_features(settings, name, seed)
+    ground = dig(settings.features, spots, ground, name, seed)
+    plans = _plans(settings, spots, ground, name, seed)
     _check_triangles(settings, plans, 2 * ground.heights.size)
     meshes = [ground_mesh(ground, settings.ground), *(mesh for p in plans for mesh in p.make())]
     obstacles = [_changed(obstacle, settings) for plan in plans for obstacle in plan.obstacles]
     return World(
         join_meshes(meshes),
-        _materials(settings),
+        _materials(settings, stream(name, seed, "looks")),
         Obstacles.of(obstacles),
         ground,
         settings.arena,
@@ -48,8 +53,9 @@ def build_world(settings: WorldSettings, name: str, seed: int) -> World:
     )
 
 
-def _plans(settings: WorldSettings, ground: Ground, name: str, seed: int) -> list[Plan]:
-    spots = place_features(settings, name, seed)
+def _plans(
+    settings: WorldSettings, spots: Mapping[int, Spots], ground: Ground, name: str, seed: int
+) -> list[Plan]:
     return [
         plan_feature(
             feature,
@@ -75,12 +81,13 @@ def _check_triangles(settings: WorldSettings, plans: list[Plan], ground: int) ->
     )
 
 
-def _materials(settings: WorldSettings) -> tuple[Material, ...]:
+def _materials(settings: WorldSettings, generator: np.random.Generator) -> tuple[Material, ...]:
+    drawn = draw_looks(settings.looks, settings.ground.cover, generator)
     changes = {
         name: change.model_dump(exclude_none=True, exclude={"strength"})
         for name, change in settings.materials.items()
     }
-    return tuple(replace(own, **changes.get(name, {})) for name, own in MATERIALS.items())
+    return tuple(replace(own, **changes.get(name, {})) for name, own in drawn.items())
 
 
 def _changed(obstacle: Obstacle, settings: WorldSettings) -> Obstacle:

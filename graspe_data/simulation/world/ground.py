@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
 from graspe_data.simulation.world.feature import Region
+from graspe_data.simulation.world.materials import MATERIAL_NAMES
 from graspe_data.simulation.world.mesh import Mesh, mesh_of
 from graspe_data.simulation.world.world import Ground
 
@@ -72,7 +73,11 @@ def ground_mesh(ground: Ground, settings: GroundSettings) -> Mesh:
     grid = np.zeros((len(y), len(x), 3))
     grid[..., 0], grid[..., 1] = x[None, :], y[:, None]
     grid[1:-1, 1:-1, 2] = ground.heights
-    return mesh_of(grid.reshape(-1, 3), _grid_faces(len(y), len(x)), settings.cover)
+    mesh = mesh_of(grid.reshape(-1, 3), _grid_faces(len(y), len(x)), settings.cover)
+    if ground.bare is not None:
+        bare = np.repeat(np.pad(ground.bare, 1).ravel(), 2)
+        mesh.material[bare] = MATERIAL_NAMES.index("ditch")
+    return mesh
 
 
 def _waves(x: Floats, y: Floats, wavelength: float, generator: np.random.Generator) -> Floats:

@@ -24,6 +24,11 @@ MaterialName = Literal[
     "pillar",
     "glass",
     "bead",
+    "mud",
+    "water",
+    "ditch",
+    "litter",
+    "paint",
 ]
 
 
@@ -35,6 +40,7 @@ class Material:
     metres varies it, 0..1. ``translucency``: the share of light that passes a leaf to its shaded
     side. ``reflectivity``: of a lidar beam that hits squarely, as a share of the sensor's maximum.
     ``transmission``: the share of a beam, or of light, that goes straight through (glass).
+    ``gloss``: how much of the sky it mirrors, as a share of what still water does.
     """
 
     colour: tuple[float, float, float]
@@ -44,6 +50,7 @@ class Material:
     effect: Effect
     translucency: float = 0.0
     transmission: float = 0.0
+    gloss: float = 0.0
 
 
 MATERIALS: dict[MaterialName, Material] = {
@@ -64,7 +71,15 @@ MATERIALS: dict[MaterialName, Material] = {
     "pillar": Material((0.55, 0.53, 0.50), 0.15, 0.35, 0.92, "stops"),
     "glass": Material((0.50, 0.55, 0.55), 0.0, 1.0, 0.45, "stops", transmission=0.86),
     "bead": Material((0.45, 0.30, 0.35), 0.5, 0.04, 0.45, "free"),
+    "mud": Material((0.06, 0.042, 0.028), 0.35, 0.30, 0.45, "entangles", gloss=0.25),
+    "water": Material((0.035, 0.04, 0.03), 0.1, 0.60, 0.45, "entangles", gloss=1.0),
+    "ditch": Material((0.12, 0.085, 0.05), 0.6, 0.15, 0.45, "entangles"),
+    "litter": Material((0.15, 0.09, 0.04), 0.45, 0.08, 0.45, "free"),
+    "paint": Material((0.55, 0.55, 0.52), 0.15, 0.20, 0.45, "free"),
 }
+
+FLAT: tuple[MaterialName, ...] = ("mud", "water", "ditch", "litter", "paint")
+"""What lies on the ground and returns a beam as the ground does: a lidar cannot tell it."""
 
 MATERIAL_NAMES: tuple[MaterialName, ...] = tuple(MATERIALS)
 """A surface's material is stored as the index into this."""

@@ -10,6 +10,8 @@ from graspe_data.manifest import Settings, Share
 from graspe_data.simulation.world.feature import Feature, LineFeature, Region, RoundFeature
 from graspe_data.simulation.world.ground import GroundSettings
 from graspe_data.simulation.world.kinds.any_kind import AnyKind
+from graspe_data.simulation.world.kinds.ditch import Ditch
+from graspe_data.simulation.world.looks import Looks
 from graspe_data.simulation.world.materials import MATERIALS, Effect, MaterialName
 
 Side = Annotated[float, Field(ge=4, le=200)]
@@ -60,6 +62,8 @@ class WorldSettings(Settings):
     """The ground under everything."""
     features: Annotated[tuple[AnyKind, ...], Field(max_length=64)] = ()
     """What stands on it."""
+    looks: Looks = "typical"
+    """Colours and reflectivities as of things of their kind, or drawn apart from what things do."""
     materials: dict[MaterialName, MaterialChange] = Field(default_factory=dict)
     """What is different about materials in this world."""
 
@@ -76,6 +80,17 @@ class WorldSettings(Settings):
                 raise ValueError(
                     f"materials.{name}.strength: of what slows it is a share of the speed, at most "
                     f"1; found {change.strength:g}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _ditches_show(self) -> Self:
+        for index, feature in enumerate(self.features):
+            if isinstance(feature, Ditch) and self.ground.cell > feature.width / 3:
+                raise ValueError(
+                    f"features.{index}.ditch.width: {feature.width:g} m is narrower than three "
+                    f"cells of the ground, {self.ground.cell:g} m each: widen it, or lower "
+                    "ground.cell"
                 )
         return self
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graspe_data.arrays import Floats
+from graspe_data.arrays import Floats, Mask
 from graspe_data.simulation.world.materials import Material
 from graspe_data.simulation.world.mesh import Mesh
 from graspe_data.simulation.world.obstacles import Obstacles
@@ -17,12 +17,13 @@ class Ground:
     """Heights (H, W) float64, metres, on a square grid of ``cell`` metres.
 
     Row r, column c lies at x = origin[0] + c cell, y = origin[1] + r cell. Outside of the grid
-    the height of its edge goes on.
+    the height of its edge goes on. ``bare``: cells (H - 1, W - 1) where a ditch shows its soil.
     """
 
     heights: Floats
     origin: tuple[float, float]
     cell: float
+    bare: Mask | None = None
 
     def height(self, x: Floats, y: Floats) -> Floats:
         """Height at points, by bilinear interpolation; any shape."""

@@ -33,9 +33,9 @@ class HangingLeaves(RoundFeature):
 
     radius: Annotated[Range, between(0.1, 5.0)] = (0.5, 1.5)
     """Metres."""
-    bottom: Annotated[Range, between(0.0, 2.0)] = (0.5, 0.9)
-    """Height in metres of the lowest leaves."""
-    top: Annotated[Range, between(0.5, 5.0)] = (1.8, 2.4)
+    bottom: Annotated[Range, between(0.0, 8.0)] = (0.5, 0.9)
+    """Height in metres of the lowest leaves; from some metres on they only throw shadows."""
+    top: Annotated[Range, between(0.5, 10.0)] = (1.8, 2.4)
     """Height in metres of the highest leaves; at least 0.2 above the lowest."""
     leaf_area_density: Annotated[Range, between(0.0, 20.0)] = (1.5, 3.5)
     """m2 of leaf, one side, per m3."""

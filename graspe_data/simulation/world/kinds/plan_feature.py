@@ -18,10 +18,13 @@ from graspe_data.simulation.world.kinds.backdrop import (
 from graspe_data.simulation.world.kinds.blobs import Boulder, Rock, plan_blobs
 from graspe_data.simulation.world.kinds.bush import Bush, plan_bushes
 from graspe_data.simulation.world.kinds.curtain import Curtain, plan_curtains
+from graspe_data.simulation.world.kinds.ditch import Ditch, plan_ditches
 from graspe_data.simulation.world.kinds.fence import Fence, plan_fences
 from graspe_data.simulation.world.kinds.glass_wall import GlassWall, plan_glass_walls
 from graspe_data.simulation.world.kinds.hanging_leaves import HangingLeaves, plan_hanging_leaves
+from graspe_data.simulation.world.kinds.patch import Litter, Mud, Paint, Water, plan_patches
 from graspe_data.simulation.world.kinds.pillar import Pillar, plan_pillars
+from graspe_data.simulation.world.kinds.stump import Stump, plan_stumps
 from graspe_data.simulation.world.kinds.tall_grass import TallGrass, plan_tall_grass
 from graspe_data.simulation.world.kinds.tree import Tree, plan_trees
 from graspe_data.simulation.world.kinds.vine import Vine, plan_vines
@@ -37,6 +40,12 @@ PLANNERS: dict[type[Feature], Callable[[Any, Spots, Ground, np.random.Generator]
     Vine: plan_vines,
     Rock: plan_blobs,
     Boulder: plan_blobs,
+    Stump: plan_stumps,
+    Mud: plan_patches,
+    Water: plan_patches,
+    Ditch: plan_ditches,
+    Litter: plan_patches,
+    Paint: plan_patches,
     Fence: plan_fences,
     Wall: plan_walls,
     Doorway: plan_doorways,

@@ -25,6 +25,12 @@ EVERY_KIND: list[dict[str, Any]] = [
     {"kind": "vine", "per_100_m2": [1, 2]},
     {"kind": "rock", "per_100_m2": [1, 2]},
     {"kind": "boulder", "per_100_m2": [0.5, 1]},
+    {"kind": "stump", "per_100_m2": [1, 2]},
+    {"kind": "mud", "per_100_m2": [0.5, 1]},
+    {"kind": "water", "per_100_m2": [0.5, 1]},
+    {"kind": "litter", "per_100_m2": [0.5, 1]},
+    {"kind": "paint", "per_100_m2": [0.5, 1]},
+    {"kind": "ditch", "lines": [[[-9, -3], [-9, 3]]]},
     {"kind": "fence", "per_100_m2": [0.5, 1]},
     {"kind": "wall", "lines": [[[-9, 9], [9, 9]]]},
     {"kind": "doorway", "lines": [[[8, -9], [8, 8]]]},
@@ -67,7 +73,8 @@ def test_a_plan_says_how_many_triangles_it_will_make(feature: dict[str, Any]) ->
         settings.features[0], spots, ground, settings.arena, np.random.default_rng(1)
     )
     meshes = list(plan.make())
-    assert plan.triangles == sum(len(mesh.faces) for mesh in meshes) > 0
+    assert plan.triangles == sum(len(mesh.faces) for mesh in meshes)
+    assert (plan.triangles == 0) == (feature["kind"] == "ditch")  # Its surface is the ground's.
     for mesh in meshes:
         assert np.isfinite(mesh.vertices).all()
         assert mesh.faces.size == 0 or mesh.faces.max() < len(mesh.vertices)
