@@ -12,8 +12,8 @@ from pydantic import Field
 
 from graspe_data.manifest import Positive, Settings
 from graspe_data.sensor_data import Motion, Picture, PointCloud
+from planners.goal import GoalSettings
 from planners.lidar_clouds import LONGEST_RANGE, misshapen, returns
-from planners.progress import GoalSettings
 from planners.situation import Situation
 
 FASTEST, FARTHEST = 100.0, 1e8

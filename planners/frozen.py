@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planners.progress import LONGEST_STEP_S
-from planners.situation import Situation
+from planners.goal import LONGEST_STEP_S
+from planners.situation import Pose, Situation
 
 _METRES_A_RADIAN = 1.0
 """A turn changes what sensors see as well."""
@@ -41,7 +41,7 @@ class FrozenWatch:
         """Take the way in metres after which data that come again are frozen."""
         self._longest_m = longest_m
         self._told, self._driven, self._asked_ns = 0.0, 0.0, 0
-        self._pose: tuple[float, float, float] | None = None
+        self._pose: Pose | None = None
         self._seen: dict[str, OrderedDict[bytes, _Seen]] = {}
 
     def frozen(self, situation: Situation, commanded: tuple[float, float], *, picture: bool) -> str:

@@ -5,23 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.arrays import Mask
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map.strength import IntensityScale
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
-from planners.cells_at import cells_at
-from planners.cost_map import CostMap
+from planners.cost_map import CostMap, cells_at
 from planners.glass_peaks import PeakSettings, glass_peaks
 from planners.lidar_clouds import LidarClouds, sound_mounting
 from planners.occupancy_source import OccupancySettings, OccupancySource, inflated_occupancy
 from planners.pose_at import pose_at
-from planners.situation import Situation
+from planners.situation import Pose, Situation
 
 COUNTS = 255.0
 """Full scale of the intensities that ``PeakSettings`` counts in."""
 
-Pose = tuple[float, float, float]
 Points = NDArray[np.float64]
 
 
@@ -90,7 +89,7 @@ class GlassSlamSource:
         seen = PointCloud(cloud.stamp_ns, cloud.frame, cloud.xyz[least], scaled, ring)
         return glass_peaks(seen, lidar.rings, self._settings.peaks)
 
-    def _with_glass(self, occupied: NDArray[np.bool_], pose: Pose) -> NDArray[np.bool_]:
+    def _with_glass(self, occupied: Mask, pose: Pose) -> Mask:
         """The map with the remembered cells that lie on it."""
         cell_m, marked = self._settings.occupancy.resolution, occupied.copy()
         centres = (np.array(sorted(self._glass)).reshape(-1, 2) + 0.5) * cell_m

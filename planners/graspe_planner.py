@@ -13,7 +13,6 @@ from graspe_data.manifest import Settings
 from graspe_data.robot import Robot
 from planners.arc_distance import FreeWay, admissible, free_way
 from planners.body_discs import BodySettings, body_discs
-from planners.camera_view import stays_in_view, view_bearings
 from planners.fox_objective import FoxWeights, fox_objective
 from planners.goal import goal_in_base, heading_error
 from planners.obstacles import scan_points
@@ -21,7 +20,13 @@ from planners.robot_check import check_robot
 from planners.scorer import Scene, Scorer
 from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
-from planners.velocity_window import VelocityWindow, WindowSettings, velocity_window
+from planners.velocity_window import (
+    VelocityWindow,
+    WindowSettings,
+    stays_in_view,
+    velocity_window,
+    view_bearings,
+)
 
 Threshold = Annotated[float, Field(ge=0, le=1)]
 

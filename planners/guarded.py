@@ -14,8 +14,8 @@ from graspe_data.robot import Limits
 from planners.deadline import Deadline
 from planners.fitness import FASTEST, GuardSettings, driven_since, in_order, unfit
 from planners.frozen import FrozenWatch
+from planners.goal import GoalWatch
 from planners.motion_agreement import contradiction, damage_from
-from planners.progress import GoalWatch
 from planners.situation import Command, Considered, Planner, Situation
 
 LOGGER_NAME = "planners"

@@ -12,11 +12,9 @@ from graspe_data.observation.intensity_map import inflate
 from graspe_data.observation.trajectory_arc import constant_velocity_arc
 from graspe_data.robot import Footprint, Limits
 from planners.body_discs import Body
-from planners.cells_at import values_at
-from planners.cost_map import CostMap
+from planners.cost_map import CostMap, values_at
 from planners.goal import goal_seen_from
-
-Pose = tuple[float, float, float]
+from planners.situation import Pose
 
 _BESIDE = 0.15
 """Metres about the robot in which inflation bars nothing: it is there already, and may get out."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,11 +17,40 @@ from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics
 from planners.calibration import Calibration
-from planners.drawn_trajectories import DrawnTrajectories
 from planners.lidar_clouds import LidarClouds
 from planners.motion_history import motion_history
 from planners.sensor_frame import SensorFrame
 from planners.situation import Situation
+
+KEPT = 256
+"""Images; more than a planner's lattice has."""
+
+
+class DrawnTrajectories:
+    """Draws trajectories, and keeps the latest: a lattice asks for the same ones every time."""
+
+    def __init__(self, drawing: PredictedTrajectory) -> None:
+        """Take what draws them."""
+        self._drawing = drawing
+        self._kept: OrderedDict[tuple[float, float], NDArray[np.uint8]] = OrderedDict()
+
+    def draw(self, velocities: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s."""
+        size = (self._drawing.intrinsics.height, self._drawing.intrinsics.width)
+        images = np.empty((len(velocities), *size), np.bool_)
+        for row, (v, omega) in enumerate(velocities.tolist()):
+            images[row] = self._image(v, omega)
+        return images
+
+    def _image(self, v: float, omega: float) -> NDArray[np.bool_]:
+        packed = self._kept.pop((v, omega), None)
+        if packed is None:
+            packed = np.packbits(self._drawing.draw(v, omega), axis=-1)
+        self._kept[v, omega] = packed
+        if len(self._kept) > KEPT:
+            self._kept.popitem(last=False)
+        width = self._drawing.intrinsics.width
+        return np.unpackbits(packed, axis=-1, count=width).view(np.bool_)
 
 
 @dataclass(frozen=True)

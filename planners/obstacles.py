@@ -1,4 +1,4 @@
-"""Obstacles for a planner: points on the ground, out of a laser scan or an occupancy map."""
+"""Obstacles for a planner: points on the ground, out of a laser scan."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
 from planners.lidar_clouds import LidarClouds, sound_mounting
-from planners.occupancy_map import OccupancyMapSettings, occupancy_map
 from planners.situation import Situation
 
 _ALL_AROUND = 3.1
@@ -82,30 +81,3 @@ class ScanObstacles:
     def sees_behind(self) -> bool:
         """See ``ObstacleSource``."""
         return self._settings.half_angle >= _ALL_AROUND
-
-
-class MapObstacles:
-    """The occupied cells of a map made from the cloud."""
-
-    def __init__(
-        self,
-        base_from_lidar: Transform,
-        base_height: float,
-        minimum_range: float = 0.0,
-        settings: OccupancyMapSettings | None = None,
-        clouds: LidarClouds | None = None,
-    ) -> None:
-        """Take the lidar's mounting; as ``ScanObstacles``, with the settings of the map."""
-        self._mounting, self._base_height = sound_mounting(base_from_lidar), base_height
-        self._minimum_range, self._clouds = minimum_range, clouds or LidarClouds()
-        self._settings = settings or OccupancyMapSettings()
-
-    def points(self, situation: Situation) -> Floats:
-        """See ``ObstacleSource``."""
-        xyz = self._clouds.in_base(situation, self._mounting, self._minimum_range)
-        return occupancy_map(xyz, self._base_height, self._settings).points()
-
-    @property
-    def sees_behind(self) -> bool:
-        """See ``ObstacleSource``."""
-        return True

@@ -8,9 +8,7 @@ import numpy as np
 
 from graspe_data.geometry import Transform, roll_pitch_yaw
 from planners.fitness import FARTHEST
-from planners.situation import Situation
-
-Pose = tuple[float, float, float]
+from planners.situation import Pose, Situation
 
 _SAME = 0.05
 """Metres and rad between the pose and where the motions lead, within which they have one frame."""

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from graspe_data.sensor_data import Motion, Picture, PointCloud
 
+Pose = tuple[float, float, float]
+"""x, y in metres and yaw in rad, of base_link in a frame of the ground."""
+
 
 @dataclass(frozen=True)
 class Situation:
@@ -26,7 +29,7 @@ class Situation:
     """
 
     now_ns: int
-    pose: tuple[float, float, float]
+    pose: Pose
     velocity: tuple[float, float]
     goal: tuple[float, float]
     picture: Picture | None

@@ -26,11 +26,11 @@ from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
 from planners.dwa_map import DwaMap
 from planners.fitness import GuardSettings
+from planners.goal import GoalSettings
 from planners.graspe_planner import GraspePlanner
 from planners.guarded import Guarded
 from planners.lidar_clouds import LidarClouds
 from planners.obstacles import ScanObstacles
-from planners.progress import GoalSettings
 from planners.scorer import Scorer
 from planners.situation import Planner
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,20 @@ NOW = 10_000_000_000
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 Situations = Callable[..., Situation]
+
+
+@dataclass(frozen=True)
+class Robots:
+    """All that planners are made of."""
+
+    robot: Robot
+    calibration: Calibration
+    bundle: Bundle
+
+    @property
+    def lidar(self) -> Transform:
+        """The lidar's mounting."""
+        return self.calibration.base_from_lidar
 
 
 @pytest.fixture(scope="session")
@@ -47,6 +62,11 @@ def bundle_path(
 @pytest.fixture(scope="session")
 def bundle(bundle_path: Path) -> Bundle:
     return load_bundle(bundle_path, threads=1)
+
+
+@pytest.fixture(scope="session")
+def robots(robot: Robot, calibration: Calibration, bundle: Bundle) -> Robots:
+    return Robots(robot, calibration, bundle)
 
 
 @pytest.fixture(scope="session")

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from graspe_data.geometry import Transform
-from graspe_data.robot import Robot
 from graspe_data.sensor_data import Picture, PointCloud
-from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
 from planners.dwa_map import DwaMap
@@ -22,65 +18,42 @@ from planners.graspe_planner import GraspePlanner
 from planners.guarded import Guarded
 from planners.intensity_source import IntensitySource
 from planners.lidar_clouds import LidarClouds
-from planners.obstacles import MapObstacles, ScanObstacles
+from planners.obstacles import ScanObstacles
 from planners.occupancy_source import OccupancySource
 from planners.scorer import Scorer
 from planners.situation import Command, Planner, Situation
-from tests.planners.conftest import NOW, motions_until
+from tests.planners.conftest import NOW, Robots, motions_until
 
 SECOND = 10**9
 DRIVEN = (0.3, 0.0)
 
 
-@dataclass(frozen=True)
-class Robots:
-    """All that planners are made of."""
-
-    robot: Robot
-    calibration: Calibration
-    bundle: Bundle
-
-    @property
-    def lidar(self) -> Transform:
-        """The lidar's mounting."""
-        return self.calibration.base_from_lidar
-
-
-def _scan(all_: Robots) -> Planner:
-    robot = all_.robot
-    scan = ScanObstacles(
-        all_.lidar,
+def _scan(robots: Robots) -> ScanObstacles:
+    robot = robots.robot
+    return ScanObstacles(
+        robots.lidar,
         robot.base_height,
         robot.lidar.minimum_range,
         clouds=LidarClouds.of(robot),
     )
-    return DwaFox(robot, scan)
-
-
-def _lab(all_: Robots) -> Planner:
-    robot = all_.robot
-    occupied = MapObstacles(
-        all_.lidar, robot.base_height, robot.lidar.minimum_range, clouds=LidarClouds.of(robot)
-    )
-    return DwaLab(robot, occupied)
 
 
 PLANNERS: Mapping[str, Callable[[Robots], Planner]] = {
-    "dwa_fox": _scan,
-    "dwa_lab": _lab,
-    "dwa_map": lambda all_: DwaMap(all_.robot, OccupancySource(all_.robot, all_.lidar)),
-    "mim": lambda all_: DwaMap(all_.robot, IntensitySource(all_.robot, all_.lidar)),
-    "glass_slam": lambda all_: DwaMap(all_.robot, GlassSlamSource(all_.robot, all_.lidar)),
-    "graspe": lambda all_: GraspePlanner(all_.robot, Scorer(all_.bundle, all_.calibration)),
+    "dwa_fox": lambda robots: DwaFox(robots.robot, _scan(robots)),
+    "dwa_lab": lambda robots: DwaLab(robots.robot, _scan(robots)),
+    "dwa_map": lambda robots: DwaMap(robots.robot, OccupancySource(robots.robot, robots.lidar)),
+    "mim": lambda robots: DwaMap(robots.robot, IntensitySource(robots.robot, robots.lidar)),
+    "glass_slam": lambda robots: DwaMap(robots.robot, GlassSlamSource(robots.robot, robots.lidar)),
+    "graspe": lambda robots: GraspePlanner(robots.robot, Scorer(robots.bundle, robots.calibration)),
 }
 BY_INTENSITY, BY_MODEL = ("mim", "glass_slam"), ("graspe",)
 
 
-def guarded(name: str, all_: Robots, **settings: Any) -> Guarded:
+def guarded(name: str, robots: Robots, **settings: Any) -> Guarded:
     """A planner by its name; it has the time that a busy machine takes."""
     given = {"answer_s": 30.0} | settings
     guard = GuardSettings(needs_picture=name in BY_MODEL, **given)
-    return Guarded(PLANNERS[name](all_), all_.robot.limits, guard)
+    return Guarded(PLANNERS[name](robots), robots.robot.limits, guard)
 
 
 def sound(now_ns: int = NOW) -> Situation:

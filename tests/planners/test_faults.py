@@ -12,19 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion
-from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.situation import Command, Situation
-from tests.planners.conftest import NOW, motions_until
+from tests.planners.conftest import NOW, Robots, motions_until
 from tests.planners.every_planner import (
     BY_INTENSITY,
     BY_MODEL,
     DRIVEN,
     PLANNERS,
     SECOND,
-    Robots,
     guarded,
     sound,
     stops,
@@ -261,11 +257,6 @@ FAULTS = {
     ),
 }
 """By what is wrong."""
-
-
-@pytest.fixture
-def robots(robot: Robot, calibration: Calibration, bundle: Bundle) -> Robots:
-    return Robots(robot, calibration, bundle)
 
 
 def each() -> Iterator[Any]:

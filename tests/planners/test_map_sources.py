@@ -12,11 +12,10 @@ from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion, PointCloud
-from planners.cells_at import cells_at, values_at
-from planners.cost_map import CostMap, MapSource
+from planners.cost_map import CostMap, MapSource, cells_at, values_at
 from planners.glass_slam_source import GlassSlamSource
 from planners.intensity_source import IntensitySource
-from planners.occupancy_source import OccupancySource
+from planners.occupancy_source import OccupancyMapSettings, OccupancySource, occupied_cells
 from planners.pose_at import pose_at
 from planners.situation import Situation
 from tests.planners.conftest import NOW, Situations
@@ -139,3 +138,11 @@ def test_the_pose_of_a_cloud_is_between_those_of_the_odometry(situation: Situati
     assert pose_at(asked, NOW - 100_000_000) == pytest.approx((2.0, 2.5, np.pi / 2))
     assert pose_at(asked, NOW - 900_000_000) == pytest.approx((1.0, 0.0, 0.0))
     assert pose_at(asked, NOW) == pytest.approx((2.0, 3.0, np.pi / 2))
+
+
+def test_cells_that_returns_fill() -> None:
+    settings = OccupancyMapSettings(size=4, resolution=1.0, minimum_points=2)
+    xyz = np.array([[1.2, -0.5, 0.5]] * 2 + [[0.5, 0.5, 0.5]] + [[9.0, 0.0, 0.5]] * 3)
+    high = np.array([[-1.5, -1.5, 3.0]] * 2)
+    found = occupied_cells(np.concatenate((xyz, high)), 0.0, settings)
+    assert np.argwhere(found).tolist() == [[0, 2]]

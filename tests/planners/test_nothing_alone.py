@@ -14,20 +14,17 @@ import pytest
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.observation.intensity_map.strength import IntensityScale
-from graspe_data.robot import Limits, Robot
-from planners.bundle import Bundle
-from planners.calibration import Calibration
+from graspe_data.robot import Limits
 from planners.fitness import GuardSettings
+from planners.goal import GoalSettings, GoalWatch
 from planners.guarded import Guarded
 from planners.pose_at import pose_at
-from planners.progress import GoalSettings, GoalWatch
 from planners.situation import Command, Situation
-from tests.planners.conftest import NOW, motions_until
+from tests.planners.conftest import NOW, Robots, motions_until
 from tests.planners.every_planner import (
     DRIVEN,
     PLANNERS,
     SECOND,
-    Robots,
     guarded,
     seen_anew,
     sound,
@@ -39,11 +36,6 @@ LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))
 GUARD = GuardSettings(needs_picture=False, answer_s=30.0)
 BY_MAP = ("dwa_map", "mim", "glass_slam")
 STEP_NS = SECOND // 10
-
-
-@pytest.fixture
-def robots(robot: Robot, calibration: Calibration, bundle: Bundle) -> Robots:
-    return Robots(robot, calibration, bundle)
 
 
 def with_wall(asked: Situation, ahead: float = 0.9) -> Situation:

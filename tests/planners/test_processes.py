@@ -14,18 +14,16 @@ from typing import Any
 import pytest
 
 from graspe_data.errors import PlannerError
-from graspe_data.robot import Robot
 from planners.bundle import Bundle
 from planners.calibration import Calibration
 from planners.deadline import Deadline
 from planners.scorer import Scorer
 from planners.situation import Command
-from tests.planners.conftest import NOW
+from tests.planners.conftest import NOW, Robots
 from tests.planners.every_planner import (
     BY_MODEL,
     PLANNERS,
     SECOND,
-    Robots,
     guarded,
     seen_anew,
     sound,
@@ -56,11 +54,6 @@ def in_child(ask: Callable[[], Any]) -> Any:
     finally:
         child.kill()
         child.join()
-
-
-@pytest.fixture
-def robots(robot: Robot, calibration: Calibration, bundle: Bundle) -> Robots:
-    return Robots(robot, calibration, bundle)
 
 
 @pytest.mark.parametrize("asked_before", [False, True])

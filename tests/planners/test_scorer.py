@@ -11,8 +11,7 @@ from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.sensor_data import Picture
 from planners.bundle import Bundle
 from planners.calibration import Calibration
-from planners.drawn_trajectories import KEPT
-from planners.observe import Observer
+from planners.observe import KEPT, Observer
 from planners.scorer import Scorer
 from tests.planners.conftest import NOW, Situations
 from tests.planners.tiny_bundle import HEIGHT, STEPS, WIDTH

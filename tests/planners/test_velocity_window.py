@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from graspe_data.robot import Limits
 from planners.calibration import Calibration
-from planners.camera_view import stays_in_view, view_bearings
-from planners.velocity_window import WindowSettings, velocity_window
+from planners.velocity_window import WindowSettings, stays_in_view, velocity_window, view_bearings
 
 LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))
 

@@ -10,8 +10,8 @@ import pytest
 
 from graspe_data.robot import Limits
 from planners.fitness import GuardSettings
+from planners.goal import GoalSettings, GoalWatch
 from planners.guarded import Guarded
-from planners.progress import GoalSettings, GoalWatch
 from planners.situation import Command, Situation
 from tests.planners.conftest import NOW
 from tests.planners.every_planner import SECOND, seen_anew, sound
