@@ -75,6 +75,13 @@ class SensorPose(Settings):
             raise ValueError("rotation is no rotation: its rows are not orthonormal")
         return self
 
+    @classmethod
+    def of(cls, transform: Transform) -> Self:
+        """The pose of a transform."""
+        first, second, third = (tuple(row) for row in transform.rotation.tolist())
+        x, y, z = transform.translation.tolist()
+        return cls(rotation=(first, second, third), translation=(x, y, z))
+
     def transform(self) -> Transform:
         """The same, to compute with."""
         return Transform(np.array(self.rotation), np.array(self.translation))

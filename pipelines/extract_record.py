@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Self
 
+from graspe_data.calibration import RecordedCalibration, StoredTransform
 from graspe_data.manifest import Settings
 from graspe_data.recordings.content import ContentIdentity
-from graspe_data.robot import Intrinsics
+from graspe_data.robot import Intrinsics, Vector3
 from graspe_data.synchronisation.findings import Course, Finding
 from pipelines.motion_files import MOTION_FILE
 from pipelines.stage_record import StageRecord
@@ -57,15 +58,23 @@ class ExtractRecord(StageRecord):
     content: ContentIdentity = ContentIdentity()
     camera: Intrinsics | None = None
     """Of the stored picture."""
-    base_from_camera: tuple[tuple[float, ...], tuple[float, ...]] | None = None
-    """Rotation, row by row, and translation."""
-    earlier_cameras: tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...] = ()
+    base_from_camera: StoredTransform | None = None
+    earlier_cameras: tuple[tuple[int, tuple[float, ...], Vector3], ...] = ()
     """Mountings of the camera before the last one: until when, ns, rotation and translation."""
-    base_from_lidar: tuple[tuple[float, ...], tuple[float, ...]] | None = None
-    """The same of the lidar; None where no cloud was read, or it was not one throughout."""
+    base_from_lidar: StoredTransform | None = None
+    """None where no cloud was read, or it was not one throughout."""
     findings: tuple[FindingRecord, ...] = ()
     shifts_ns: tuple[int, ...] = ()
     """What was added to the stamps of each stretch of the recording."""
+
+    @property
+    def calibration(self) -> RecordedCalibration:
+        """What the recording told of its sensors."""
+        return RecordedCalibration(
+            camera=self.camera,
+            base_from_camera=self.base_from_camera,
+            base_from_lidar=self.base_from_lidar,
+        )
 
     @property
     def files(self) -> dict[str, str]:

@@ -20,9 +20,7 @@ def recording_entry(episode: Episode, placement: Placement) -> RecordingEntry:
     extracted, labelled = episode.extracted, episode.labelled
     losses = [loss.model_dump(mode="json") for loss in extracted.losses]
     details: dict[str, JsonValue] = {
-        "camera": extracted.camera.model_dump(mode="json") if extracted.camera else None,
-        "base_from_camera": [list(part) for part in extracted.base_from_camera or ()] or None,
-        "base_from_lidar": [list(part) for part in extracted.base_from_lidar or ()] or None,
+        **extracted.calibration.model_dump(mode="json"),
         "time_zero_ns": extracted.time_zero_ns,
         "content": extracted.content.digest or None,
         "overlaps": list(placement.linked),

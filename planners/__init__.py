@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from graspe_data.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from graspe_data.calibration import Calibration as Calibration
     from graspe_data.sensor_data import Motion as Motion
     from graspe_data.sensor_data import Picture as Picture
     from graspe_data.sensor_data import PointCloud as PointCloud
-    from planners.calibration import Calibration as Calibration
     from planners.fitness import GuardSettings as GuardSettings
     from planners.guarded import Guarded as Guarded
     from planners.loading import load_planner as load_planner
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planners.situation import Situation as Situation
 
 _NAMES = {
-    "Calibration": "planners.calibration",
+    "Calibration": "graspe_data.calibration",
     "Command": "planners.situation",
     "GuardSettings": "planners.fitness",
     "Guarded": "planners.guarded",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graspe_data.calibration import Calibration, calibration_of
 from graspe_data.robot import Robot, load_robot
 from planners.bundle import load_bundle
-from planners.calibration import Calibration, calibration_of
 from planners.fitness import GuardSettings
 from planners.graspe_planner import GraspePlanner, GraspeSettings
 from planners.guarded import Guarded

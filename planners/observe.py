@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.bundle_contract import BundleContract
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from graspe_data.observation.observe import observe
 from graspe_data.observation.point_sample import row_seed
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics
-from planners.calibration import Calibration
 from planners.lidar_clouds import LidarClouds
 from planners.motion_history import motion_history
 from planners.sensor_frame import SensorFrame

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from graspe_data.bundle_contract import BundleContract
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.manifest import Settings
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics, Robot
-from planners.calibration import Calibration
 
 _PIXELS = ("fx", "fy", "cx", "cy")
 

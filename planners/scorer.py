@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.bundle_contract import BundleContract, GraphTensor
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import Picture, PointCloud
 from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.graph import Arrays
 from planners.observe import Observation, Observer
 from planners.robot_check import MatchSettings, check_sensors

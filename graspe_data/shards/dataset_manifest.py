@@ -11,11 +11,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, JsonValue, StringConstraints, field_validator, model_validator
 
 from graspe_data.atomic_file import write_atomically
+from graspe_data.calibration import RecordedCalibration
 from graspe_data.columns import Column
 from graspe_data.documents import Sha256, canonical_json, parse_document
 from graspe_data.errors import ShardError
 from graspe_data.links import check_link
-from graspe_data.manifest import Settings
+from graspe_data.manifest import Settings, validate
 
 MANIFEST_NAME = "dataset.json"
 
@@ -59,7 +60,13 @@ class RecordingEntry(Settings):
         losses: Anchors that made no row, counted under their reason.
         columns: SHA-256 of every column of its episode.
         stages: Key of every stage that made the episode.
-        details: Whatever else the report shows, such as clock offsets.
+        details: The rest. ``camera``, ``base_from_camera`` and ``base_from_lidar`` are read as
+            :attr:`calibration`, ``findings`` as :attr:`findings`. ``content`` is the digest of
+            what the messages say, by which a test recording is known again in training data;
+            ``time_zero_ns`` the stamp from which label intervals count. The others are for
+            people: ``overlaps``, ``files``, ``offsets_ns``, ``shifts_ns``, ``damage``,
+            ``annotated``, ``events``, ``not_judged``, ``statistics``; of a recording that gave
+            nothing ``refused``, and ``counted_as`` where another one counts for it.
     """
 
     name: str
@@ -71,6 +78,16 @@ class RecordingEntry(Settings):
     columns: Mapping[str, Sha256] = {}
     stages: Mapping[str, str] = {}
     details: Mapping[str, JsonValue] = {}
+
+    @property
+    def calibration(self) -> RecordedCalibration:
+        """What the recording told of its sensors; None in it where the dataset does not keep it.
+
+        Raises:
+            ManifestError: ``details`` keeps no calibration there.
+        """
+        kept = {name: self.details.get(name) for name in RecordedCalibration.model_fields}
+        return validate(kept, RecordedCalibration, f"{self.name}: calibration in {MANIFEST_NAME}")
 
     @property
     def findings(self) -> list[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from graspe_data.calibration import declared_mounting
 from graspe_data.errors import RecordingError
 from graspe_data.robot import Intrinsics
 from graspe_data.synchronisation.camera_agreement import Calibrated, Pictures, camera_findings
@@ -20,7 +21,7 @@ def check_camera(tracks: Tracks, placement: Placement) -> list[Finding]:
     camera, frame = placement.robot.camera, tracks.image_frame
     width, height = tracks.picture_size or (0, 0)
     pictures = Pictures(tracks.image.topic, width, height, frame)
-    by_tf = camera.mounting == "tf"
+    by_tf = declared_mounting(placement.robot, "camera") is None
     rotation = placement.camera_mountings(frame)[-1][1].rotation if by_tf else None
     found = camera_findings(
         pictures,

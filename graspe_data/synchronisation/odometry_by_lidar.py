@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from graspe_data.arrays import Stamps
+from graspe_data.calibration import declared_mounting
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.recordings.decoding.lidars.cloud_source import CloudSource
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
-from graspe_data.robot import Mounting, Robot
+from graspe_data.robot import Robot
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.fitted_velocities import fitted_velocities
@@ -74,8 +75,9 @@ def _mounting(tracks: Tracks, robot: Robot) -> Transform:
     Raises:
         RecordingError: It is not known.
     """
-    if isinstance(robot.lidar.mounting, Mounting):
-        return robot.lidar.mounting.transform
+    declared = declared_mounting(robot, "lidar")
+    if declared is not None:
+        return declared
     frame = plain_frame(robot.lidar.frame or tracks.points_frame)
     edges = sort_edges(tracks.edges)
     transforms = TransformBuffer(edges.fixed_edges(lambda track: track.stamps.bag_ns))

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from graspe_data.arrays import Mask, Stamps
+from graspe_data.calibration import Sensor, declared_mounting
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import Transform, plain_frame
 from graspe_data.observation.move_points import move_points
-from graspe_data.robot import Mounting, Robot
+from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.findings import Finding
 from graspe_data.synchronisation.transform_buffer import TransformBuffer
@@ -73,10 +74,10 @@ class Placement:
             RecordingError: The camera's frame moves against the base.
             GeometryError: The frames do not connect.
         """
-        camera = self.robot.camera
-        if isinstance(camera.mounting, Mounting):
-            return [(np.iinfo(np.int64).min, camera.mounting.transform)]
-        base, frame = self.robot.base_frame, plain_frame(camera.frame or frame)
+        declared = declared_mounting(self.robot, "camera")
+        if declared is not None:
+            return [(np.iinfo(np.int64).min, declared)]
+        base, frame = self.robot.base_frame, plain_frame(self.robot.camera.frame or frame)
         if not self.transforms.is_fixed(base, frame):
             raise RecordingError(
                 f"the camera's frame {frame!r} moves against {base!r}, so no picture shows where "
@@ -94,28 +95,27 @@ class Placement:
         base = self.robot.base_frame
         try:
             self.camera_mountings(image_frame)
-            if self.robot.lidar.mounting == "tf":
+            if declared_mounting(self.robot, "lidar") is None:
                 self.transforms.path(base, self.robot.lidar.frame or points_frame)
         except GeometryError as error:
             raise RecordingError(str(error)) from error
 
     def findings(self, image_frame: str, points_frame: str) -> list[Finding]:
         """What the manifest and tf say differently, and what changed in mid-run."""
-        robot = self.robot
-        parts = (
-            ("camera", robot.camera.mounting, robot.camera.frame or image_frame),
-            ("lidar", robot.lidar.mounting, robot.lidar.frame or points_frame),
-        )
-        found = [self._sensor_finding(*part) for part in parts]
-        told = [finding for finding in found if finding is not None]
+        found = [
+            self._sensor_finding("camera", self.robot.camera.frame or image_frame),
+            self._sensor_finding("lidar", self.robot.lidar.frame or points_frame),
+        ]
+        findings = [finding for finding in found if finding is not None]
         if self.carried(points_frame):
-            told.append(self._carried_finding(plain_frame(points_frame)))
-        return told
+            findings.append(self._carried_finding(plain_frame(points_frame)))
+        return findings
 
     def _lidar_at(self, cloud_frame: str, stamp_ns: int) -> Transform:
         lidar, base = self.robot.lidar, self.robot.base_frame
-        if isinstance(lidar.mounting, Mounting):
-            return lidar.mounting.transform
+        declared = declared_mounting(self.robot, "lidar")
+        if declared is not None:
+            return declared
         frame = lidar.frame or ("" if self.carried(cloud_frame) else cloud_frame)
         if not frame and plain_frame(cloud_frame):
             return Transform.identity()
@@ -123,7 +123,7 @@ class Placement:
 
     def _carried_finding(self, frame: str) -> Finding:
         base, lidar = self.robot.base_frame, self.robot.lidar
-        own = isinstance(lidar.mounting, Mounting) or lidar.frame is not None
+        own = declared_mounting(self.robot, "lidar") is not None or lidar.frame is not None
         into = "the lidar's frame" if own else base
         how = "" if frame == base else ", by the pose at their stamps"
         text = f"clouds come in {frame!r}: they are carried into {into}{how}"
@@ -131,36 +131,37 @@ class Placement:
             text += "; give `lidar.mounting` so that rings are looked for around the lidar"
         return Finding("cloud_in_other_frame", "mended", frame, text)
 
-    def _sensor_finding(self, part: str, mounting: Mounting | str, frame: str) -> Finding | None:
+    def _sensor_finding(self, sensor: Sensor, frame: str) -> Finding | None:
         base, frame = self.robot.base_frame, plain_frame(frame)
         try:
             changes = self.transforms.changes(base, frame)
         except GeometryError:
             return None
-        if isinstance(mounting, Mounting):
-            return self._declared_finding(part, mounting.transform, frame, changes[-1][1])
+        declared = declared_mounting(self.robot, sensor)
+        if declared is not None:
+            return self._declared_finding(sensor, declared, frame, changes[-1][1])
         if len(changes) == 1:
             return None
         before, after = changes[-2][1], changes[-1][1]
         moved = float(np.linalg.norm(after.translation - before.translation))
         text = (
-            f"the {part}'s frame {frame!r} is set anew in mid-run, {moved:.3f} m away: rows before "
-            f"have the old place, rows after it the new one"
+            f"the {sensor}'s frame {frame!r} is set anew in mid-run, {moved:.3f} m away: rows "
+            f"before have the old place, rows after it the new one"
         )
         return Finding("mounting_changed", "mended", frame, text, {"moved_m": moved})
 
     def _declared_finding(
-        self, part: str, declared: Transform, frame: str, told: Transform
+        self, sensor: Sensor, declared: Transform, frame: str, published: Transform
     ) -> Finding | None:
         if self.carried(frame):
             return None
-        between = declared.inverse() @ told
+        between = declared.inverse() @ published
         away = float(np.linalg.norm(between.translation))
         turned = float(np.arccos(np.clip((np.trace(between.rotation) - 1) / 2, -1, 1)))
         if away < _APART_M and turned < _TURNED_RAD:
             return None
         text = (
-            f"`{part}.mounting` and tf's {frame!r} are {away:.2f} m and {turned:.2f} rad apart: "
+            f"`{sensor}.mounting` and tf's {frame!r} are {away:.2f} m and {turned:.2f} rad apart: "
             f"the manifest counts"
         )
         numbers = {"apart_m": away, "turned_rad": turned}

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pydantic import ConfigDict, model_validator
 
-from graspe_data.bundle_contract import Assumptions, RobotContract
+from graspe_data.bundle_contract import Assumptions, RobotContract, SensorPose
+from graspe_data.calibration import (
+    RecordedCalibration,
+    Sensor,
+    StoredTransform,
+    declared_mounting,
+    restored,
+)
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
 from graspe_data.observation.settings import HistorySettings, ObservationManifest
-from graspe_data.robot import Mounting, Robot
+from graspe_data.robot import Robot
 from graspe_data.shards.dataset_manifest import DatasetIndex
+
+Value = TypeVar("Value")
 
 
 def read_assumptions(index: DatasetIndex) -> Assumptions | None:
@@ -24,30 +33,30 @@ def read_assumptions(index: DatasetIndex) -> Assumptions | None:
     Raises:
         ZooError: The configuration is there and does not validate.
     """
-    told = index.configuration
-    if not {"dataset", "robot"} <= told.keys():
+    configuration = index.configuration
+    if not {"dataset", "robot"} <= configuration.keys():
         return None
     where = f"configuration of the dataset {index.name}"
     try:
-        observed = validate(_mapping(told["dataset"]), _ToldObservation, where)
-        robot = validate(_mapping(told["robot"]), Robot, where)
+        observed = validate(_mapping(configuration["dataset"]), _RecordedObservation, where)
+        robot = validate(_mapping(configuration["robot"]), Robot, where)
         return Assumptions(observation=observed.on_robot(robot), robot=_robot(index, robot))
     except (ManifestError, ValueError, TypeError) as error:
         raise ZooError(f"{error}\nBuild the dataset again.") from error
 
 
-class _ToldHistory(HistorySettings):
+class _RecordedHistory(HistorySettings):
     """The window of a dataset says more than its history."""
 
     model_config = ConfigDict(extra="ignore")
 
 
-class _ToldObservation(ObservationManifest):
+class _RecordedObservation(ObservationManifest):
     """The manifest of a dataset says more than how it observes."""
 
     model_config = ConfigDict(extra="ignore")
 
-    window: _ToldHistory
+    window: _RecordedHistory
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -59,39 +68,46 @@ class _ToldObservation(ObservationManifest):
 
 def _robot(index: DatasetIndex, robot: Robot) -> RobotContract:
     """The robot; a calibration that its manifest does not give is taken from the recordings."""
-    details = [entry.details for entry in index.recordings if entry.rows]
-    found: dict[str, Any] = {
-        name: [told[name] for told in details if told.get(name) is not None]
-        for name in ("camera", "base_from_camera", "base_from_lidar")
-    }
-    for name, sensor in (("base_from_camera", robot.camera), ("base_from_lidar", robot.lidar)):
-        if isinstance(sensor.mounting, Mounting):
-            transform = sensor.mounting.transform
-            found[name] = [[transform.rotation.ravel().tolist(), transform.translation.tolist()]]
-    known: dict[str, Any] = {}
+    recorded = [entry.calibration for entry in index.recordings if entry.rows]
     unknown: dict[str, str] = {}
-    for name, values in found.items():
-        if not values:
-            unknown[name] = "the dataset does not tell"
-        elif any(value != values[0] for value in values):
-            unknown[name] = "its recordings differ"
-        else:
-            known[name] = values[0] if name == "camera" else _pose(*values[0])
+    camera = _common([each.camera for each in recorded], "camera", unknown)
     return RobotContract(
         name=robot.name,
+        camera=camera,
+        base_from_camera=_mounting(robot, "camera", recorded, unknown),
+        base_from_lidar=_mounting(robot, "lidar", recorded, unknown),
         camera_frame=robot.camera.frame,
         lidar_frame=robot.lidar.frame,
         base_height=robot.base_height,
         footprint=robot.footprint,
         limits=robot.limits,
         unknown=unknown,
-        **known,
     )
 
 
-def _pose(rotation: Sequence[float], translation: Sequence[float]) -> dict[str, Any]:
-    rows = [tuple(rotation[begin : begin + 3]) for begin in (0, 3, 6)]
-    return {"rotation": tuple(rows), "translation": tuple(translation)}
+def _mounting(
+    robot: Robot,
+    sensor: Sensor,
+    recorded: Sequence[RecordedCalibration],
+    unknown: dict[str, str],
+) -> SensorPose | None:
+    mounting = declared_mounting(robot, sensor)
+    if mounting is not None:
+        return SensorPose.of(mounting)
+    name = f"base_from_{sensor}"
+    kept: StoredTransform | None = _common(
+        [getattr(each, name) for each in recorded], name, unknown
+    )
+    return None if kept is None else SensorPose.of(restored(kept))
+
+
+def _common(values: Sequence[Value | None], name: str, unknown: dict[str, str]) -> Value | None:
+    """What all recordings that tell it tell alike; else None, and why."""
+    known = [value for value in values if value is not None]
+    if known and all(value == known[0] for value in known):
+        return known[0]
+    unknown[name] = "its recordings differ" if known else "the dataset does not tell"
+    return None
 
 
 def _mapping(value: Any) -> dict[str, Any]:

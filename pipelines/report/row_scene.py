@@ -149,13 +149,9 @@ def _time_s(entry: RecordingEntry, stamp_ns: int) -> float | None:
 
 def _camera(entry: RecordingEntry) -> tuple[Intrinsics, Transform] | None:
     """The calibration that ``dataset.json`` keeps of a recording, if it does."""
-    camera, mounting = entry.details.get("camera"), entry.details.get("base_from_camera")
-    if not isinstance(camera, dict) or not isinstance(mounting, list):
-        return None
-    where = f"{entry.name}: camera in dataset.json"
-    rotation, translation = (np.array(part, np.float64) for part in mounting)
-    transform = Transform(rotation.reshape(3, 3), translation.reshape(3))
-    return validate(camera, Intrinsics, where), transform
+    kept = entry.calibration
+    mounting = kept.mounting("camera")
+    return None if kept.camera is None or mounting is None else (kept.camera, mounting)
 
 
 def _continued(v: float, omega: float, horizon_s: float) -> Floats:

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from graspe_data.calibration import StoredTransform, stored
 from graspe_data.documents import file_digest
 from graspe_data.geometry import Transform
 from graspe_data.recordings.messages import Loss
 from graspe_data.recordings.recording import open_recording
+from graspe_data.robot import Vector3
 from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.episode import EpisodeWriter
@@ -77,9 +79,9 @@ def extract(work: Work, folder: Path, key: str) -> ExtractRecord:
         offsets_ns=synchronised.offsets_ns,
         content=synchronised.tracks.content,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
-        base_from_camera=_flat(reading.base_from_camera),
+        base_from_camera=_stored(reading.base_from_camera),
         earlier_cameras=_earlier(reading.camera_mountings),
-        base_from_lidar=_flat(reading.base_from_lidar),
+        base_from_lidar=_stored(reading.base_from_lidar),
         findings=tuple(FindingRecord.of(finding) for finding in synchronised.findings),
         shifts_ns=synchronised.shifts_ns,
     )
@@ -93,19 +95,16 @@ def _loss_record(loss: Loss, source: Path) -> LossRecord:
     return LossRecord(reason=reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds)
 
 
-def _flat(transform: Transform | None) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    if transform is None:
-        return None
-    return tuple(transform.rotation.ravel().tolist()), tuple(transform.translation.tolist())
+def _stored(transform: Transform | None) -> StoredTransform | None:
+    return None if transform is None else stored(transform)
 
 
 def _earlier(
     mountings: Sequence[tuple[int, Transform]],
-) -> tuple[tuple[int, tuple[float, ...], tuple[float, ...]], ...]:
+) -> tuple[tuple[int, tuple[float, ...], Vector3], ...]:
     ends = [since for since, _ in mountings[1:]]
     return tuple(
-        (end, tuple(mount.rotation.ravel().tolist()), tuple(mount.translation.tolist()))
-        for end, (_, mount) in zip(ends, mountings, strict=False)
+        (end, *stored(mounting)) for end, (_, mounting) in zip(ends, mountings, strict=False)
     )
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from graspe_data.calibration import StoredTransform, restored
 from graspe_data.errors import StageError
-from graspe_data.geometry import Transform
 from graspe_data.observation.predicted_trajectory import PredictedTrajectory
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter, whole_column
@@ -74,14 +74,13 @@ def predicted_trajectory(recipe: DatasetRecipe, extracted: ExtractRecord) -> Pre
 def _drawer(
     recipe: DatasetRecipe,
     extracted: ExtractRecord,
-    mounted: tuple[tuple[float, ...], tuple[float, ...]] | None,
+    mounted: StoredTransform | None,
 ) -> PredictedTrajectory:
     if extracted.camera is None or mounted is None:
         raise StageError(f"{extracted.recording}: the episode has rows but no camera calibration.")
-    rotation, translation = mounted
     return PredictedTrajectory(
         intrinsics=extracted.camera,
-        base_from_camera=Transform(np.reshape(rotation, (3, 3)), np.array(translation)),
+        base_from_camera=restored(mounted),
         base_height=recipe.robot.base_height,
         line_width=recipe.robot.footprint.width,
         steps=recipe.dataset.horizon.steps,

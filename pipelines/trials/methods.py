@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from graspe_data.bundle_contract import CONTRACT_FILE
+from graspe_data.calibration import Calibration
 from graspe_data.errors import StageError
 from graspe_data.manifest import Settings
 from graspe_data.sealed_folder import SEAL_FILE
@@ -21,7 +22,6 @@ from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses
 from pipelines.trials.witness import TruthfulScorer, Witness
 from planners.bundle import load_bundle
-from planners.calibration import Calibration
 from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
 from planners.dwa_map import DwaMap

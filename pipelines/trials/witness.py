@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
+from graspe_data.calibration import Calibration
 from graspe_data.simulation.field import Field
 from graspe_data.simulation.truth.outlook import arc_success
 from pipelines.trials.trial import Pose
 from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.scorer import Scene, Scorer
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from graspe_data.calibration import Calibration
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.robot import Intrinsics, Robot
 from graspe_data.sensor_data import Motion, Picture, PointCloud
 from planners.bundle import Bundle, load_bundle
-from planners.calibration import Calibration
 from planners.situation import Situation
 from tests.planners.tiny_bundle import tiny_contract, write_tiny_bundle
 

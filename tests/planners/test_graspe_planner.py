@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspe_data.calibration import Calibration
 from graspe_data.robot import Robot
 from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.graspe_planner import GraspePlanner, GraspeSettings
 from planners.guarded import Guarded
 from planners.observe import Observation

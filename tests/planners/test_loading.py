@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import yaml
 
+from graspe_data.calibration import Calibration
 from graspe_data.errors import ManifestError, PlannerError
 from graspe_data.geometry import Transform
 from graspe_data.robot import Robot
 from planners import load_planner
-from planners.calibration import Calibration
 from planners.fitness import GuardSettings
 from planners.situation import Command
 from tests.planners.every_planner import sound

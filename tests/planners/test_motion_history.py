@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspe_data.calibration import Calibration
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.observation.settings import ObservationSettings
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import Motion
-from planners.calibration import Calibration
 from planners.motion_history import motion_history
 from tests.planners.conftest import NOW, Situations
 from tests.planners.tiny_bundle import HISTORY, tiny_contract

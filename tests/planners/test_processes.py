@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.deadline import Deadline
 from planners.scorer import Scorer
 from planners.situation import Command

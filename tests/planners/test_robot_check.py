@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from graspe_data.bundle_contract import BundleContract
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.robot import Footprint, Intrinsics, Limits, Mounting, Robot
+from graspe_data.robot import Footprint, Intrinsics, Limits, Robot
 from planners.bundle import Bundle
-from planners.calibration import Calibration, calibration_of
 from planners.graspe_planner import GraspePlanner
 from planners.robot_check import MatchSettings, check_robot
 from planners.scorer import Scorer
@@ -104,21 +104,6 @@ def test_what_the_dataset_does_not_tell_is_not_compared(
     )
     other = replace(calibration, base_from_lidar=Transform(np.eye(3), np.ones(3)))
     check_robot(contract.model_copy(update={"robot": silent}), robot, other)
-
-
-def test_a_calibration_has_to_be_in_numbers(robot: Robot, calibration: Calibration) -> None:
-    with pytest.raises(PlannerError, match=r"camera\.intrinsics is left to 'camera_info'"):
-        calibration_of(robot)
-    mounting = Mounting(translation=(0.1, 0.2, 0.3))
-    camera = robot.camera.model_copy(
-        update={"intrinsics": calibration.intrinsics, "mounting": mounting}
-    )
-    seeing = robot.model_copy(update={"camera": camera})
-    with pytest.raises(PlannerError, match=r"lidar\.mounting is left to 'tf'"):
-        calibration_of(seeing)
-    lidar = robot.lidar.model_copy(update={"mounting": mounting})
-    found = calibration_of(seeing.model_copy(update={"lidar": lidar}))
-    assert found.base_from_lidar.translation.tolist() == [0.1, 0.2, 0.3]
 
 
 @pytest.mark.parametrize(

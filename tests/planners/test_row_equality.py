@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from graspe_data.bundle_contract import BundleContract
+from graspe_data.calibration import Calibration
 from graspe_data.geometry import Transform
 from graspe_data.observation.point_sample import PointSampleSettings
 from graspe_data.observation.settings import ImageSettings, PointSettings, TrajectoryImageSettings
@@ -24,7 +25,6 @@ from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import whole_column
 from pipelines.process_recording import Episode, RecordingTask, process_recording
-from planners.calibration import Calibration
 from planners.observe import Observer
 from planners.situation import Situation
 from tests.conftest import GardenDrive

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from graspe_data.calibration import Calibration
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.sensor_data import Picture
 from planners.bundle import Bundle
-from planners.calibration import Calibration
 from planners.observe import KEPT, Observer
 from planners.scorer import Scorer
 from tests.planners.conftest import NOW, Situations

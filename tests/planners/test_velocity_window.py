@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graspe_data.calibration import Calibration
 from graspe_data.robot import Limits
-from planners.calibration import Calibration
 from planners.velocity_window import WindowSettings, stays_in_view, velocity_window, view_bearings
 
 LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))

@@ -25,6 +25,7 @@ from graspe_data.bundle_contract import (
     RobotContract,
     SensorPose,
 )
+from graspe_data.calibration import Calibration
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
 from graspe_data.observation.point_sample import PointSampleSettings
@@ -32,7 +33,6 @@ from graspe_data.observation.settings import ObservationSettings, PointObservati
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Robot
 from graspe_data.sealed_folder import SEAL_FILE, seal_text
-from planners.calibration import Calibration
 
 HEIGHT, WIDTH, STEPS, HISTORY, POINTS = 24, 32, 10, 20, 400
 

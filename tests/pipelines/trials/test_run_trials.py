@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from graspe_data.bundle_contract import BundleContract
+from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError, StageError
 from graspe_data.progress import Silent
 from graspe_data.recordings import open_recording
@@ -24,7 +25,6 @@ from pipelines.trials.run_trials import TrialTask, run_trials
 from pipelines.trials.seeds import fair_seeds
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.trial import Trial, read_trial
-from planners.calibration import Calibration
 from tests.planners.tiny_bundle import tiny_contract, write_tiny_bundle
 
 ContractOf = Callable[..., BundleContract]
