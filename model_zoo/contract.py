@@ -81,8 +81,10 @@ class SuccessModel(nn.Module, ABC):
         """The columns that :meth:`encode` reads."""
         return tuple(name for name in self.columns if name not in self.candidate_columns)
 
-    def score_each(self, features: Features, observation: Observation) -> Tensor:
-        """Log-odds of success, float32 (B n, T), of n candidates in each of B scenes.
+    def paired(
+        self, features: Features, observation: Observation
+    ) -> tuple[Features, dict[str, Tensor]]:
+        """Features and columns of candidates, one row for each of n candidates in each of B scenes.
 
         Args:
             features: Of B scenes.
@@ -96,7 +98,11 @@ class SuccessModel(nn.Module, ABC):
             features = _repeat(features, number)
             shared = {name: candidates[name] for name in candidates if name != DRIVEN}
             candidates |= _repeat(shared, number)
-        return self.score(features, candidates)
+        return features, candidates
+
+    def score_each(self, features: Features, observation: Observation) -> Tensor:
+        """Log-odds of success, float32 (B n, T), of n candidates in each of B scenes: `paired`."""
+        return self.score(*self.paired(features, observation))
 
     def logits(self, observation: Observation) -> Tensor:
         """Log-odds of success, float32 (B, T), of a candidate in each of B scenes."""

@@ -597,7 +597,11 @@ class AttentionGraphNetwork(nn.Module):
         )
 
     def forward(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
-        """The numbers (B, outputs).
+        """The numbers (B, outputs); arguments as of `propagate`."""
+        return self.read_out(self.propagate(features, r_img, r_point))
+
+    def propagate(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
+        """What the nodes hold after the graph's layers, (B, N, channels).
 
         Args:
             features: f_vec, (B, N), within 0 and 1.
@@ -612,9 +616,19 @@ class AttentionGraphNetwork(nn.Module):
         # GAT: 4 heads of 4 channels side by side, (B, N, 16); then dropout.
         nodes = self.dropout(elu(self.attention(nodes, adjacency)))
         # GCN, (B, N, 16).
-        nodes = torch.relu(self.second(nodes, adjacency, scale))
-        # All nodes in a row, (B, 16 N), and two dense layers, (B, T).
-        return self.head(self.norm(nodes.flatten(1)))  # type: ignore[no-any-return]
+        return torch.relu(self.second(nodes, adjacency, scale))
+
+    def read_out(self, nodes: Tensor, gate: Tensor | None = None) -> Tensor:
+        """All nodes in a row, (B, 16 N), and two dense layers, (B, T).
+
+        Args:
+            nodes: (B, N, channels).
+            gate: How much of each normalised node is read, (B, N); None reads all. Not GrASPE's.
+        """
+        flat = self.norm(nodes.flatten(1))
+        if gate is not None:
+            flat = (flat.view_as(nodes) * gate[:, :, None]).flatten(1)
+        return self.head(flat)  # type: ignore[no-any-return]
 
 
 # --- The model ---

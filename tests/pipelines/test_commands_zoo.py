@@ -84,8 +84,11 @@ def test_the_list_names_presets_parameters_and_columns() -> None:
     assert told["paad"]["columns"] == ["image", "trajectory_image", "laser_scan"]
     assert set(told) == {
         "graspe",
+        "graspe_gated",
         "graspe_no_agnn",
         "graspe_no_reliability",
+        "graspe_plain_reliability",
+        "graspe_self_aware",
         "nmfnet",
         "nmfnet_trajectory",
         "paad",

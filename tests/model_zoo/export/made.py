@@ -141,6 +141,13 @@ def write_dataset(folder: Path, **changes: Any) -> DatasetIndex:
     return write_index(folder, index)
 
 
+def last_layer(model: SuccessModel) -> nn.Linear:
+    """The layer that gives the log-odds; models may have dense layers beside it."""
+    family = getattr(model, "graph", None)
+    within = model.modules() if family is None else family.modules()
+    return [module for module in within if isinstance(module, nn.Linear)][-1]
+
+
 def lively_model(name: str) -> SuccessModel:
     """Random weights as after some training: log-odds spread by 1 over unlike observations."""
     torch.manual_seed(0)
@@ -154,7 +161,7 @@ def lively_model(name: str) -> SuccessModel:
                 module.running_var.uniform_(0.3, 1.5)
                 if module.affine:
                     module.weight.uniform_(0.7, 1.5)
-        last = [module for module in model.modules() if isinstance(module, nn.Linear)][-1]
+        last = last_layer(model)
         seen = model.logits({name: torch.from_numpy(column) for name, column in rows(8).items()})
         spread, sign = seen.std(dim=0).mean(), -1 if name == "paad" else 1
         last.weight.div_(spread)

@@ -32,7 +32,7 @@ from model_zoo.export import export_bundle
 from model_zoo.export.graphs import Graphs
 from model_zoo.export.parity import ParityReport
 from model_zoo.registry import MODELS
-from tests.model_zoo.export.made import SHAPES, Made, lively_model, write_made
+from tests.model_zoo.export.made import SHAPES, Made, last_layer, lively_model, write_made
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -62,8 +62,7 @@ def test_a_model_that_does_not_look_is_not_exported(
         model.score = blinded(model)  # type: ignore[method-assign, assignment]
         monkeypatch.setattr("model_zoo.export.export.load_checkpoint", keep(model))
     else:
-        last = [module for module in model.modules() if isinstance(module, torch.nn.Linear)][-1]
-        torch.nn.init.zeros_(last.weight)
+        torch.nn.init.zeros_(last_layer(model).weight)
     checkpoint = write_made(tmp_path / "checkpoint", name, read_index(dataset), model=model)
     said = r"same in \d scenes" if blind == "to all" else r"same of \d candidates"
     with pytest.raises(ZooError, match=rf"{name}: its output is the {said}, .* No bundle was"):
@@ -85,7 +84,9 @@ BRANCHES = {
     },
 }
 """By model the inputs, and how the parameters of their branches begin."""
-BRANCHES |= dict.fromkeys(("graspe_no_agnn", "graspe_no_reliability"), BRANCHES["graspe"])
+BRANCHES |= dict.fromkeys(
+    (name for name in MODELS if name.startswith("graspe_")), BRANCHES["graspe"]
+)
 BRANCHES["nmfnet_trajectory"] = BRANCHES["nmfnet"]
 
 

@@ -66,7 +66,10 @@ _PAAD = {
 }
 SMALLEST: dict[str, dict[str, Any]] = {
     "graspe": _GRASPE | _GRAPH,
+    "graspe_gated": _GRASPE | _GRAPH,
     "graspe_no_reliability": _GRASPE | _GRAPH,
+    "graspe_plain_reliability": _GRASPE | _GRAPH,
+    "graspe_self_aware": _GRASPE | _GRAPH | {"judge_hidden": 4},
     "graspe_no_agnn": _GRASPE | {"convolutions": {"channels": 2, "hidden": 4}},
     "nmfnet": _NMFNET,
     "nmfnet_trajectory": _NMFNET | {"path_features": 4},
