@@ -89,7 +89,8 @@ def test_a_built_dataset_loses_its_episodes_alone(
     shutil.rmtree(folder / "episodes")
     assert file_digests(folder) == file_digests(tmp_path / "sent")
     # Out of a bare shard, as the docs have it.
-    shard = np.load(next((tmp_path / "sent/shards").glob("*.npz")))
+    first = read_index(tmp_path / "sent").splits["train"][0]
+    shard = np.load(tmp_path / "sent" / first.path)
     ribbon = np.unpackbits(shard["trajectory_image"], axis=-1, count=80)
     read = Dataset(tmp_path / "sent", "train", ["trajectory_image"]).batch(np.arange(len(ribbon)))
     np.testing.assert_array_equal(ribbon, read["trajectory_image"])

@@ -120,7 +120,7 @@ def test_its_presets_lie_beside_it_and_extend_another_models(
     monkeypatch.setenv(VARIABLE, "wider_models")
     expected = model_settings("paad", "small").model_dump() | {"hidden": 256}
     assert model_settings("wider_paad", "small").model_dump() == expected
-    assert list_models()["wider_paad"] == ("paper", "small", "wide")
+    assert list_models()["wider_paad"] == (*list_models()["paad"], "wide")
     (tmp_path / "wider_paad.yaml").write_text("extends: wider_paad")
     with pytest.raises(ZooError, match="extends 'wider_paad', expected another model"):
         list_models()
