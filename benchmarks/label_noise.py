@@ -22,8 +22,7 @@ from benchmarks.label_rules import RULES, measured
 from benchmarks.publish import publish
 from graspe_data.arrays import Mask
 from graspe_data.observation.labels import Decided, LabelSettings, decide, label_rows, propose
-from graspe_data.observation.labels.events import bounds_ns
-from graspe_data.observation.labels.intervals import touches
+from graspe_data.observation.labels.events import bounds_ns, touches
 from graspe_data.robot import Robot
 from graspe_data.simulation.field import part_generator, scenario_world
 from graspe_data.simulation.motion.drive import STEP_S, Drive

@@ -6,7 +6,7 @@ from typing import Self
 
 from graspe_data.calibration import RecordedCalibration, StoredTransform
 from graspe_data.manifest import Settings
-from graspe_data.recordings.content import ContentIdentity
+from graspe_data.recordings.identity import ContentIdentity
 from graspe_data.robot import Intrinsics, Vector3
 from graspe_data.synchronisation.findings import Course, Finding
 from pipelines.motion_files import MOTION_FILE

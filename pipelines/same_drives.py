@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.recordings.content import ContentIdentity
+from graspe_data.recordings.identity import ContentIdentity
 from graspe_data.recordings.parts import LITTLE_NS, NumberedFile, numbered_file
 
 

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 from graspe_data.robot import Robot
 from planners.goal import goal_in_base, heading_error
 from planners.obstacles import ObstacleSource

@@ -9,7 +9,7 @@ import numpy as np
 
 from graspe_data.arrays import Floats, Mask
 from graspe_data.observation.intensity_map import inflate
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 from graspe_data.robot import Footprint, Limits
 from planners.body_discs import Body
 from planners.cost_map import CostMap, values_at

@@ -6,9 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.errors import PlannerError
-from graspe_data.observation.odometry_series import PoseSeries, odometry_series
+from graspe_data.observation.odometry_series import (
+    PoseSeries,
+    history_times,
+    odometry_series,
+    velocity_history,
+)
 from graspe_data.observation.settings import HistorySettings
-from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.sensor_data import Motion
 from planners.situation import Situation
 

@@ -14,7 +14,7 @@ from graspe_data.calibration import Calibration
 from graspe_data.errors import PlannerError
 from graspe_data.observation.observe import observe
 from graspe_data.observation.point_sample import row_seed
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
+from graspe_data.observation.trajectory import PredictedTrajectory
 from graspe_data.observation.undistortion import rectifier
 from graspe_data.robot import Intrinsics
 from planners.lidar_clouds import LidarClouds

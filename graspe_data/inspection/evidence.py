@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from graspe_data.errors import RecordingError
-from graspe_data.inspection.driven_limits import driven_limits
 from graspe_data.inspection.motion_alone import other_motion
 from graspe_data.inspection.roles import Role
 from graspe_data.inspection.survey import Survey, TopicSurvey
@@ -24,6 +23,7 @@ from graspe_data.synchronisation.camera_agreement import is_body_frame, likely_o
 from graspe_data.synchronisation.clocks import ClockSettings
 from graspe_data.synchronisation.edges import sort_edges
 from graspe_data.synchronisation.findings import Finding
+from graspe_data.synchronisation.motion_samples import driven_limits
 from graspe_data.synchronisation.odometry_from_tf import moving_edge, odometry_from_tf
 from graspe_data.synchronisation.row_plan import SynchronisationSettings
 from graspe_data.synchronisation.synchronised import (

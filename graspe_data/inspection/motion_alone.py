@@ -6,13 +6,12 @@ import numpy as np
 
 from graspe_data.errors import RecordingError
 from graspe_data.geometry import plain_frame
-from graspe_data.inspection.driven_limits import driven_limits
 from graspe_data.inspection.survey import Survey
 from graspe_data.recordings.decoding import decode_motion
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Footprint, Robot, Topics
 from graspe_data.synchronisation.findings import Course, Finding
-from graspe_data.synchronisation.motion_samples import motion_samples
+from graspe_data.synchronisation.motion_samples import driven_limits, motion_samples
 from graspe_data.synchronisation.odometry import build_odometry
 from graspe_data.synchronisation.pose_jumps import cut_at_jumps
 from graspe_data.synchronisation.tracks import MotionTrack, StampTrack

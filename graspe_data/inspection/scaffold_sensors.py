@@ -7,10 +7,10 @@ from math import ceil
 from typing import Final
 
 from graspe_data.geometry import Transform, plain_frame, roll_pitch_yaw
-from graspe_data.inspection.base_height import fixed_transform
 from graspe_data.inspection.evidence import Evidence
 from graspe_data.inspection.manifest_lines import ManifestLine
 from graspe_data.inspection.roles import Role
+from graspe_data.inspection.scaffold_motion import fixed_transform
 from graspe_data.inspection.survey import TopicSurvey
 from graspe_data.inspection.topic_content import CalibrationContent, CloudContent, PictureContent
 from graspe_data.robot import Intrinsics

@@ -17,10 +17,9 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Transform
+from graspe_data.geometry import Transform, move_points
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
 from graspe_data.observation.laser_scan import laser_scan
-from graspe_data.observation.move_points import move_points
 from graspe_data.observation.point_reliability import PointReliabilitySettings, point_reliability
 from graspe_data.observation.point_sample import front, sample_points
 from graspe_data.observation.ring_order import ring_order

@@ -1,6 +1,6 @@
 """Open any recording, and decode its messages."""
 
-from graspe_data.recordings.digest import recording_digest
+from graspe_data.recordings.identity import recording_digest
 from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
 from graspe_data.recordings.recording import Recording, open_recording
 from graspe_data.recordings.writing import RecordingWriter

@@ -7,7 +7,6 @@ from typing import Any
 
 from graspe_data.errors import GeometryError, RecordingError
 from graspe_data.geometry import plain_frame
-from graspe_data.recordings.content import ContentObserver
 from graspe_data.recordings.decoding import (
     decode_calibration,
     decode_image,
@@ -16,6 +15,7 @@ from graspe_data.recordings.decoding import (
     decode_transforms,
 )
 from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
+from graspe_data.recordings.identity import ContentObserver
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import BY_LIDAR, Robot, Topics

@@ -27,8 +27,7 @@ from graspe_data.errors import RecordingError
 from graspe_data.geometry import Transform, quaternion_from_rotation
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.kiss_icp_parts import KissIcp
-from graspe_data.synchronisation.local_map import FEWEST_POINTS, LocalMap
-from graspe_data.synchronisation.upright_points import moved, upright
+from graspe_data.synchronisation.local_map import FEWEST_POINTS, LocalMap, moved, upright
 
 LOST_AFTER = 5
 """Clouds in a row that match nothing, after which the map is begun anew."""

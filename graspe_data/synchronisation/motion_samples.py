@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.geometry import Transform, rotation_from_quaternion
+from graspe_data.robot import Limits
 from graspe_data.synchronisation.differentiate import body_velocities
 from graspe_data.synchronisation.rotation_steps import turns_in_fixed
 from graspe_data.synchronisation.tracks import MotionTrack
@@ -152,3 +153,38 @@ def differentiated(samples: MotionSamples) -> Floats:
         )
         velocity[piece] = np.stack([linear, yaw_rate], axis=1)
     return velocity
+
+
+def driven_limits(track: MotionTrack) -> Limits:
+    """So wide that what was driven fits, and leaps do not: half as much again as nearly always."""
+    own = track.stamps.header_ns
+    samples = motion_samples(track, track.stamps.bag_ns if own is None or not own.any() else own)
+    fastest = 1.5 * _usual_speed(samples) + 0.5
+    quickest = 1.5 * _usual_rate(samples) + 0.5
+    return Limits(linear_velocity=(-fastest, fastest), yaw_rate=(-quickest, quickest))
+
+
+def _usual_speed(samples: MotionSamples) -> float:
+    published = np.linalg.norm(samples.linear, axis=1)
+    return max(_high(published), _high(_per_second(samples, samples.position)))
+
+
+def _usual_rate(samples: MotionSamples) -> float:
+    heading = samples.yaw[:, None]
+    return max(_high(np.abs(samples.angular[:, 2])), _high(_per_second(samples, heading)))
+
+
+def _per_second(samples: MotionSamples, values: Floats) -> Floats:
+    """How far values (N, D) go within a second, over that second."""
+    seconds = (samples.stamps_ns - samples.stamps_ns[:1]) * 1e-9
+    later = np.searchsorted(seconds, seconds + 1.0)
+    begin = np.flatnonzero(later < seconds.size)
+    if not begin.size:
+        begin, later = np.array([0]), np.full(max(1, seconds.size), max(0, seconds.size - 1))
+    span = np.maximum(seconds[later[begin]] - seconds[begin], 1e-3)
+    return np.asarray(np.linalg.norm(values[later[begin]] - values[begin], axis=1) / span)
+
+
+def _high(values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.percentile(known, 98)) if known.size else 0.0

@@ -9,8 +9,7 @@ import numpy as np
 from graspe_data.arrays import Mask, Stamps
 from graspe_data.calibration import Sensor, declared_mounting
 from graspe_data.errors import GeometryError, RecordingError
-from graspe_data.geometry import Transform, plain_frame
-from graspe_data.observation.move_points import move_points
+from graspe_data.geometry import Transform, move_points, plain_frame
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
 from graspe_data.synchronisation.findings import Finding

@@ -11,9 +11,14 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Indices, Mask, Stamps
 from graspe_data.manifest import Positive
-from graspe_data.observation.odometry_series import PoseSamples, PoseSeries, sample_odometry
+from graspe_data.observation.odometry_series import (
+    PoseSamples,
+    PoseSeries,
+    history_times,
+    sample_odometry,
+    velocity_history,
+)
 from graspe_data.observation.settings import HistorySettings
-from graspe_data.observation.velocity_history import history_times, velocity_history
 from graspe_data.synchronisation.clocks import SECOND
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from graspe_data.arrays import Floats, Mask, Stamps
-from graspe_data.recordings.content import ContentIdentity
+from graspe_data.recordings.identity import ContentIdentity
 from graspe_data.recordings.messages import Loss
 from graspe_data.sensor_data import CameraCalibration
 

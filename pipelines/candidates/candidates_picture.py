@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 
 from graspe_data.arrays import Floats
 from graspe_data.atomic_file import write_atomically
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
-from graspe_data.observation.trajectory_image import ground_homography
+from graspe_data.observation.trajectory import constant_velocity_arc, ground_homography
 from pipelines.candidates.scored_scene import ScoredScene
 from pipelines.report.row_scene import scan_points
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.errors import PlannerError
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
+from graspe_data.observation.trajectory import PredictedTrajectory
 from graspe_data.robot import Limits
 from graspe_data.shards.dataset import Dataset
 from pipelines.report.row_scene import SCENE_COLUMNS, RowScene, row_scene

@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.geometry import Transform
+from graspe_data.geometry import Transform, move_points
 from graspe_data.observation.intensity_map import CellClasses, LayerSettings
 from graspe_data.observation.intensity_map.grid import cells_of
-from graspe_data.observation.move_points import move_points
 from graspe_data.robot import Intrinsics
 from pipelines.intensity.mapped_clouds import MappedCloud
 from pipelines.report.intensity_panels import COLOURS

@@ -13,8 +13,7 @@ from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.manifest import validate
 from graspe_data.observation.catalogue import RELIABILITIES
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
-from graspe_data.observation.trajectory_image import trajectory_image
+from graspe_data.observation.trajectory import constant_velocity_arc, trajectory_image
 from graspe_data.robot import Intrinsics
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry
 from pipelines.dataset_settings import DatasetRecipe

@@ -23,7 +23,7 @@ from graspe_data.recordings.decoding.video import Outcome
 from graspe_data.recordings.messages import Loss, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import Picture, PointCloud
-from graspe_data.synchronisation.camera_calibration import camera_intrinsics
+from graspe_data.synchronisation.camera_check import camera_intrinsics
 from graspe_data.synchronisation.placement import PlacedCloud
 from graspe_data.synchronisation.row_plan import RowPlan
 from graspe_data.synchronisation.synchronised import SynchronisedRecording

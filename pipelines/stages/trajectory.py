@@ -9,7 +9,7 @@ import numpy as np
 
 from graspe_data.calibration import StoredTransform, restored
 from graspe_data.errors import StageError
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
+from graspe_data.observation.trajectory import PredictedTrajectory
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.extract_record import ExtractRecord

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graspe_data.recordings.content import ContentIdentity
+from graspe_data.recordings.identity import ContentIdentity
 from pipelines.dataset_settings import Group, SplitSettings
 from pipelines.same_drives import Drive, find_links
 from pipelines.splits import Placement, place_recordings

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 from graspe_data.robot import Footprint, Limits
 from planners.arc_distance import FreeWay, admissible, free_way
 from planners.body_discs import Body, BodySettings, body_discs

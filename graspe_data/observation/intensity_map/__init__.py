@@ -10,7 +10,7 @@ from graspe_data.observation.intensity_map.classes import (
 )
 from graspe_data.observation.intensity_map.glass import GlassSettings, glass_layer
 from graspe_data.observation.intensity_map.glass_memory import GlassMemory, remember_glass
-from graspe_data.observation.intensity_map.grid import GridSettings
+from graspe_data.observation.intensity_map.grid import GridSettings, restore_layers, store_layers
 from graspe_data.observation.intensity_map.inflation import (
     InflationSettings,
     inflate,
@@ -28,7 +28,6 @@ from graspe_data.observation.intensity_map.planning_map import (
     PlanningMapSettings,
     planning_map,
 )
-from graspe_data.observation.intensity_map.stored_layers import restore_layers, store_layers
 from graspe_data.observation.intensity_map.strength import IntensityScale
 
 __all__ = [

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from graspe_data.errors import ObservationError
-from graspe_data.geometry import Transform
+from graspe_data.geometry import Transform, move_points
 from graspe_data.manifest import Settings
 from graspe_data.observation.intensity_map.grid import GridSettings, cells_of
 from graspe_data.observation.intensity_map.strength import IntensityScale
-from graspe_data.observation.move_points import move_points
 from graspe_data.robot import Robot
 from graspe_data.sensor_data import PointCloud
 

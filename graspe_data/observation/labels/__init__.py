@@ -2,10 +2,11 @@
 
 from graspe_data.observation.labels.annotations import (
     annotation_path,
+    draft_annotation,
     read_annotation,
+    redraft_annotation,
     write_annotation,
 )
-from graspe_data.observation.labels.draft import draft_annotation, redraft_annotation
 from graspe_data.observation.labels.events import Event, EventKind
 from graspe_data.observation.labels.motion_series import (
     CommandSeries,

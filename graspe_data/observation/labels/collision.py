@@ -10,15 +10,14 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats, Mask
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import Indices, true_runs
+from graspe_data.observation.labels.events import Event, Indices, true_runs
 from graspe_data.observation.labels.motion_series import (
     CommandSeries,
     InertialSeries,
     OdometrySeries,
+    moving_mean,
+    shock,
 )
-from graspe_data.observation.labels.moving_mean import moving_mean
-from graspe_data.observation.labels.shock import shock
 
 
 class CollisionSettings(Settings):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats, Stamps
 from graspe_data.errors import ObservationError
@@ -125,3 +126,52 @@ def _check(
             f"{where}: sample {back[0] + 1} at {stamps[back[0] + 1]} ns does not come after "
             f"the one before it ({stamps[back[0]]} ns); sort the samples and drop repeated stamps."
         )
+
+
+def moving_mean(
+    stamps_ns: NDArray[np.int64], values: Floats, before_s: float, after_s: float
+) -> Floats:
+    """Mean of the samples around each sample, its own included, in linear time.
+
+    Args:
+        stamps_ns: int64 (N,), increasing.
+        values: float64 (N, ...), a row per stamp.
+        before_s: How far back the window reaches; its ends are included.
+        after_s: How far on it reaches.
+
+    Returns:
+        float64, of the shape of ``values``.
+    """
+    first = np.searchsorted(stamps_ns, stamps_ns - round(before_s * 1e9), side="left")
+    after = np.searchsorted(stamps_ns, stamps_ns + round(after_s * 1e9), side="right")
+    sums = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
+    count = (after - first).reshape(-1, *[1] * (values.ndim - 1))
+    mean: Floats = (sums[after] - sums[first]) / count
+    return mean
+
+
+# Seconds: longer than an impact or a stride, shorter than a change of slope.
+GRAVITY_WINDOW_S = 2.0
+
+
+def gravity(inertial: InertialSeries) -> Floats:
+    """Mean acceleration over two seconds around each sample, float64 (N, 3), m/s^2.
+
+    It stands for gravity and for steady acceleration; near zero where the sensor removes gravity.
+    """
+    half = GRAVITY_WINDOW_S / 2
+    return moving_mean(inertial.stamps_ns, inertial.accel, half, half)
+
+
+def shock(inertial: InertialSeries, window_s: float = 0.0) -> Floats:
+    """Size of the acceleration less ``gravity``, float64 (N,), m/s^2.
+
+    Args:
+        inertial: The samples.
+        window_s: The acceleration is first averaged, as a vector, over this window: vibration
+            cancels and a push remains. Zero takes every sample as it is.
+    """
+    half = window_s / 2
+    smooth = moving_mean(inertial.stamps_ns, inertial.accel, half, half)
+    size: Floats = np.linalg.norm(smooth - gravity(inertial), axis=1)
+    return size

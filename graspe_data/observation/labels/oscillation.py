@@ -9,8 +9,7 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import Indices, join_intervals
+from graspe_data.observation.labels.events import Event, Indices, join_intervals
 from graspe_data.observation.labels.motion_series import OdometrySeries
 
 

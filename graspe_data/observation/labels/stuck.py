@@ -9,10 +9,8 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import true_runs
-from graspe_data.observation.labels.motion_series import CommandSeries, OdometrySeries
-from graspe_data.observation.labels.moving_mean import moving_mean
+from graspe_data.observation.labels.events import Event, true_runs
+from graspe_data.observation.labels.motion_series import CommandSeries, OdometrySeries, moving_mean
 
 
 class StuckSettings(Settings):

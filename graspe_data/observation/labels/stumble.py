@@ -10,11 +10,14 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import join_intervals
-from graspe_data.observation.labels.motion_series import InertialSeries, OdometrySeries
-from graspe_data.observation.labels.moving_mean import moving_mean
-from graspe_data.observation.labels.shock import gravity, shock
+from graspe_data.observation.labels.events import Event, join_intervals
+from graspe_data.observation.labels.motion_series import (
+    InertialSeries,
+    OdometrySeries,
+    gravity,
+    moving_mean,
+    shock,
+)
 
 
 class StumbleSettings(Settings):

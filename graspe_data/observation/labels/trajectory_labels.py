@@ -12,11 +12,10 @@ from pydantic import Field
 
 from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import bounds_ns
-from graspe_data.observation.labels.intervals import touches
+from graspe_data.observation.labels.events import bounds_ns, touches
 from graspe_data.observation.labels.motion_series import OdometrySeries
 from graspe_data.observation.labels.review import Decided
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 
 
 class LabelSource(IntEnum):

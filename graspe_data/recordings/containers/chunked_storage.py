@@ -8,8 +8,7 @@ from pathlib import Path
 
 from graspe_data.recordings.containers.chunks import ChunkReader, ChunkSpan, positions_of
 from graspe_data.recordings.containers.payloads import LostMessages, unpacked
-from graspe_data.recordings.containers.source import Source
-from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.containers.storage import Channel, Source
 from graspe_data.recordings.messages import Loss, RawMessage
 
 

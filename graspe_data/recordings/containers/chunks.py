@@ -10,8 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice, pairwise
 
 from graspe_data.recordings.containers.decompression import MAXIMUM_SIZE, decompress
-from graspe_data.recordings.containers.source import Source
-from graspe_data.recordings.containers.storage import MAXIMUM_TIME, Channel
+from graspe_data.recordings.containers.storage import MAXIMUM_TIME, Channel, Source
 from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.messages import Loss, RawMessage
 

@@ -30,7 +30,7 @@ from graspe_data.recordings.containers.rosbag1_records import (
     walk_messages,
 )
 from graspe_data.recordings.containers.rosbag1_storage import read_index
-from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import Source
 from graspe_data.recordings.message_types import normalise_type
 
 FIRST_BAG_RECORD = 13

@@ -24,7 +24,7 @@ from graspe_data.recordings.containers.mcap_records import (
     walk_records,
 )
 from graspe_data.recordings.containers.salvage_places import SalvagePlaces, end_at
-from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import Source
 from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.messages import Loss
 

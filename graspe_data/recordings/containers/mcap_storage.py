@@ -20,8 +20,7 @@ from graspe_data.recordings.containers.mcap_records import (
     walk_messages,
 )
 from graspe_data.recordings.containers.mcap_salvage import scan_mcap
-from graspe_data.recordings.containers.source import Source
-from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.containers.storage import Channel, Source
 from graspe_data.recordings.messages import Loss
 
 FOOTER = 9 + 20 + len(MAGIC)

@@ -18,8 +18,7 @@ from graspe_data.recordings.containers.rosbag1_records import (
     walk_messages,
 )
 from graspe_data.recordings.containers.rosbag1_salvage import scan_bag
-from graspe_data.recordings.containers.source import Source
-from graspe_data.recordings.containers.storage import Channel
+from graspe_data.recordings.containers.storage import Channel, Source
 from graspe_data.recordings.message_types import normalise_type
 from graspe_data.recordings.messages import Loss
 

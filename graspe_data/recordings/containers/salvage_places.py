@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from graspe_data.recordings.containers.chunks import ChunkSpan, read_content
-from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import Source
 from graspe_data.recordings.messages import Loss
 
 MAXIMUM_GAPS = 100

@@ -10,8 +10,7 @@ from urllib.parse import quote
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.payloads import LostMessages, unpacked
 from graspe_data.recordings.containers.sqlite_recovery import SMALLEST_ROW, recover
-from graspe_data.recordings.containers.sqlite_salvage import Row, salvaged_rows
-from graspe_data.recordings.containers.sqlite_tables import plain_tables
+from graspe_data.recordings.containers.sqlite_tables import Row, plain_tables, salvaged_rows
 from graspe_data.recordings.containers.storage import Channel
 from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.message_types import normalise_type

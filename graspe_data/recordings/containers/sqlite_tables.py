@@ -1,12 +1,15 @@
-"""Which tables of an SQLite file may be read: plain ones, since reading others runs their SQL."""
+"""The tables of an sqlite3 file of rosbag2: found, and read as far as they are sound."""
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.containers.sqlite_recovery import SMALLEST_ROW
+from graspe_data.recordings.messages import Loss
 
 SCHEMA = "SELECT name, type, rootpage, sql FROM sqlite_master"
 COLUMNS = "SELECT name, hidden FROM pragma_table_xinfo(?)"
@@ -46,3 +49,45 @@ def _refused(path: Path, reason: str) -> RecordingError:
         f"{path}: {reason}; rosbag2 writes plain tables with plain columns, and only such are "
         f"read. Leave this file out."
     )
+
+
+MAXIMUM_LEAP = 1 << 20
+FROM_ID = (
+    "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid LIMIT 1"
+)
+
+Row = tuple[Any, ...]
+"""Number, topic, time, payload."""
+
+
+def salvaged_rows(
+    database: sqlite3.Connection, file: str, size: int, losses: list[Loss]
+) -> Iterator[Row]:
+    """Go by row number; where pages are broken, leap ahead, further each time."""
+    expected = number = leap = 1
+    for _ in range(size // SMALLEST_ROW + 1):
+        row, fault = _row_from(database, number)
+        if fault is not None:
+            number, leap = number + leap, leap * 2
+            if leap > MAXIMUM_LEAP:
+                reason = f"no row from number {expected} on can be read: {fault}"
+                losses.append(Loss(f"{file}: {reason}"))
+                return
+            continue
+        if row is None:
+            return
+        if row[0] > expected:
+            reason = f"{file}: the rows {expected} to {row[0] - 1} cannot be read"
+            losses.append(Loss(reason, None, row[0] - expected))
+        yield row
+        expected, number, leap = row[0] + 1, row[0] + 1, 1
+
+
+def _row_from(database: sqlite3.Connection, number: int) -> tuple[Row | None, str | None]:
+    """The first row from a number on, None where there is none; or what is wrong."""
+    try:
+        row = database.execute(FROM_ID, (number,)).fetchone()
+    except (sqlite3.Error, OverflowError) as error:
+        return None, str(error)
+    wrong = row is not None and (not isinstance(row[0], int) or row[0] < number)
+    return (None, "rows are not in order") if wrong else (row, None)

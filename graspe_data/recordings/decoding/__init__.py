@@ -3,12 +3,9 @@
 from graspe_data.recordings.decoding.calibration import decode_calibration
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
 from graspe_data.recordings.decoding.images import decode_image
-from graspe_data.recordings.decoding.inertial import decode_inertial
-from graspe_data.recordings.decoding.motion import decode_motion
+from graspe_data.recordings.decoding.motion import decode_inertial, decode_motion, decode_transforms
 from graspe_data.recordings.decoding.picture_decoder import PictureDecoder
-from graspe_data.recordings.decoding.point_clouds import decode_points
-from graspe_data.recordings.decoding.scans import decode_scan
-from graspe_data.recordings.decoding.transforms import decode_transforms
+from graspe_data.recordings.decoding.point_clouds import decode_points, decode_scan
 from graspe_data.recordings.decoding.velodyne import VelodyneDecoder
 
 __all__ = [

@@ -8,9 +8,8 @@ import numpy as np
 
 from graspe_data.arrays import Floats
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import place, stamp_ns
-from graspe_data.recordings.decoding.picture_limits import check_size
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
+from graspe_data.recordings.decoding.picture_encodings import check_size
 from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import CameraCalibration
 

@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.compressed_pictures import decode_compressed
-from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
 from graspe_data.recordings.decoding.picture_encodings import (
     ENCODINGS,
     Encoding,
+    check_size,
     refuse_measures,
     to_rgb,
 )
-from graspe_data.recordings.decoding.picture_limits import check_size
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.sensor_data import Picture
 
 IMAGE: Final = "sensor_msgs/msg/Image"

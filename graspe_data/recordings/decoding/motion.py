@@ -1,4 +1,4 @@
-"""Odometry, twists and poses as motion samples."""
+"""Odometry, twists, poses, inertial samples and transforms as what they say of motion."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import stamp_ns
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.sensor_data import Motion
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
+from graspe_data.sensor_data import InertialSample, Motion, StampedTransform
 
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
@@ -91,3 +90,47 @@ _DECODERS: Final[dict[str, Callable[[Any], Motion]]] = {
     "geometry_msgs/msg/PoseStamped": lambda m: _pose(m.pose, m.header),
     "geometry_msgs/msg/PoseWithCovarianceStamped": lambda m: _pose(m.pose.pose, m.header),
 }
+
+
+_NOT_MEASURED: Triple = (float("nan"),) * 3
+
+
+@refuses_unfit_messages
+def decode_inertial(message: Any, topic: str) -> InertialSample:
+    """Decode a sensor_msgs/Imu.
+
+    A quantity that the message marks as not measured, by a covariance that begins with -1, is NaN.
+
+    Raises:
+        RecordingError: The message marks both quantities as not measured.
+    """
+    gyro_known = float(message.angular_velocity_covariance[0]) != -1.0
+    acceleration_known = float(message.linear_acceleration_covariance[0]) != -1.0
+    if not (gyro_known or acceleration_known):
+        raise RecordingError(
+            f"{place(topic, message.header)}: neither angular velocity nor acceleration is "
+            f"measured (both covariances begin with -1). Name another topic as `imu`."
+        )
+    return InertialSample(
+        stamp_ns=stamp_ns(message.header),
+        frame=message.header.frame_id,
+        angular_velocity=vector(message.angular_velocity) if gyro_known else _NOT_MEASURED,
+        linear_acceleration=(
+            vector(message.linear_acceleration) if acceleration_known else _NOT_MEASURED
+        ),
+    )
+
+
+@refuses_unfit_messages
+def decode_transforms(message: Any) -> list[StampedTransform]:
+    """Decode a tf2_msgs/TFMessage or a tf/tfMessage; frame names stay as published."""
+    return [
+        StampedTransform(
+            stamp_ns=stamp_ns(edge.header),
+            parent=edge.header.frame_id,
+            child=edge.child_frame_id,
+            translation=vector(edge.transform.translation),
+            quaternion=quaternion(edge.transform.rotation),
+        )
+        for edge in message.transforms
+    ]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from graspe_data.errors import RecordingError
+from graspe_data.recordings.decoding.compressed_pictures import video_codec
 from graspe_data.recordings.decoding.images import COMPRESSED_IMAGE, decode_image
-from graspe_data.recordings.decoding.transport_format import video_codec
 from graspe_data.recordings.decoding.video import Outcome, VideoDecoder
 from graspe_data.recordings.decoding.video_messages import VIDEO_TYPES
 

@@ -1,8 +1,9 @@
-"""PointCloud2 messages as arrays, whatever the layout of their fields."""
+"""PointCloud2 and LaserScan messages as arrays, whatever the layout of their fields."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from typing import Any, Final, cast
 
 import numpy as np
@@ -10,10 +11,9 @@ from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.byte_order import in_true_order
-from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
 from graspe_data.recordings.decoding.organised_rings import organised_rings
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
-from graspe_data.sensor_data import PointCloud
+from graspe_data.sensor_data import PlanarScan, PointCloud
 
 INTENSITY_NAMES: Final = ("intensity", "intensities", "i", "reflectivity")
 RING_NAMES: Final = ("ring", "channel", "laser_id", "line")
@@ -137,3 +137,27 @@ def _take(values: NDArray[Any], kept: NDArray[np.intp] | None) -> NDArray[Any]:
 
 def _column(points: NDArray[np.void], name: str, dtype: type[np.generic]) -> NDArray[Any]:
     return points[name].astype(dtype).reshape(-1)
+
+
+@refuses_unfit_messages
+def decode_scan(message: Any, topic: str) -> PlanarScan:
+    """Decode a sensor_msgs/LaserScan; ranges stay as published, NaN and infinite ones included.
+
+    Raises:
+        RecordingError: The angles are not finite, or several rays have one angle.
+    """
+    start, increment = float(message.angle_min), float(message.angle_increment)
+    if not (isfinite(start) and isfinite(increment)) or (
+        increment == 0.0 and len(message.ranges) > 1
+    ):
+        raise RecordingError(
+            f"{place(topic, message.header)}: {len(message.ranges)} rays from angle {start} rad in "
+            f"steps of {increment} rad; expected finite angles and a step. The driver is wrong."
+        )
+    return PlanarScan(
+        stamp_ns=stamp_ns(message.header),
+        frame=message.header.frame_id,
+        angle_minimum=start,
+        angle_increment=increment,
+        ranges=np.array(message.ranges, np.float32),
+    )

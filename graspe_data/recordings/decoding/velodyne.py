@@ -9,8 +9,7 @@ import velodyne_decoder
 from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import place, stamp_ns
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
 from graspe_data.sensor_data import PointCloud
 
 VELODYNE_SCAN: Final = "velodyne_msgs/msg/VelodyneScan"

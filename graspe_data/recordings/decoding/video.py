@@ -15,7 +15,7 @@ import numpy as np
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.frame_numbers import FrameNumbers
 from graspe_data.recordings.decoding.nal_units import Packet, read_packet
-from graspe_data.recordings.decoding.picture_limits import MAXIMUM_PIXELS, check_size
+from graspe_data.recordings.decoding.picture_encodings import MAXIMUM_PIXELS, check_size
 from graspe_data.recordings.decoding.video_messages import VideoMessage, read_video_message
 from graspe_data.sensor_data import Picture
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import stamp_ns
-from graspe_data.recordings.decoding.transport_format import video_codec
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
+from graspe_data.recordings.decoding.compressed_pictures import video_codec
+from graspe_data.recordings.decoding.header import refuses_unfit_messages, stamp_ns
 
 COMPRESSED_VIDEO: Final = "foxglove_msgs/msg/CompressedVideo"
 FFMPEG_PACKET: Final = "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 from graspe_data.robot import Footprint
 from graspe_data.simulation.motion.footprint import capsule_clearance
 from graspe_data.simulation.motion.mechanics import ENTANGLES

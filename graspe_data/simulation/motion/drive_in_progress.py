@@ -6,13 +6,12 @@ import numpy as np
 
 from graspe_data.arrays import Floats
 from graspe_data.robot import Robot
-from graspe_data.simulation.motion.body_attitude import follow_ground
 from graspe_data.simulation.motion.drive import STEP_S, Contacts, Drive
 from graspe_data.simulation.motion.drivers import COMMAND_STEPS, RobotState
 from graspe_data.simulation.motion.gait import walk
-from graspe_data.simulation.motion.inertial import body_rates, felt_acceleration
+from graspe_data.simulation.motion.inertial import body_rates, felt_acceleration, follow_ground
+from graspe_data.simulation.motion.mechanics import slip_shares
 from graspe_data.simulation.motion.motion_settings import MotionSettings
-from graspe_data.simulation.motion.slip import slip_shares
 from graspe_data.simulation.motion.stumbling import Stumbling, stumble_tilts, stumbling_at
 from graspe_data.simulation.motion.walker import Step, Velocity, Walker
 from graspe_data.simulation.motion.wheel_odometry import dead_reckoning, draw_odometry_errors

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from graspe_data.manifest import Settings
 from graspe_data.simulation.motion.gait import GaitSettings
-from graspe_data.simulation.motion.mechanics import MechanicsSettings
-from graspe_data.simulation.motion.slip import SlipSettings
+from graspe_data.simulation.motion.mechanics import MechanicsSettings, SlipSettings
 from graspe_data.simulation.motion.wheel_odometry import OdometrySettings
 
 

@@ -9,8 +9,7 @@ from pydantic import Field
 
 from graspe_data.arrays import Mask
 from graspe_data.manifest import Positive, Settings
-from graspe_data.observation.labels.events import Event
-from graspe_data.observation.labels.intervals import join_intervals, true_runs
+from graspe_data.observation.labels.events import Event, join_intervals, true_runs
 from graspe_data.simulation.motion.drive import STEP_S, Contacts, Drive
 
 STEP_NS = round(STEP_S * 1e9)

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats, Mask
-from graspe_data.observation.labels.events import bounds_ns
-from graspe_data.observation.labels.intervals import touches
+from graspe_data.observation.labels.events import bounds_ns, touches
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.arc_contacts import failure_times
 from graspe_data.simulation.motion.commanded_arcs import commanded_failure_times

@@ -6,9 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
-from graspe_data.observation.trajectory_image import trajectory_image
+from graspe_data.observation.trajectory import (
+    PredictedTrajectory,
+    constant_velocity_arc,
+    trajectory_image,
+)
 from graspe_data.robot import Intrinsics
 
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

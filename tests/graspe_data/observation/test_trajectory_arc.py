@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 
 SPEEDS = st.floats(-3, 3)
 RATES = st.floats(-3, 3)

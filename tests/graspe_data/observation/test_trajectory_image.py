@@ -7,8 +7,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
-from graspe_data.observation.trajectory_image import ground_homography, trajectory_image
+from graspe_data.observation.trajectory import (
+    constant_velocity_arc,
+    ground_homography,
+    trajectory_image,
+)
 from graspe_data.robot import Intrinsics
 
 BASE_HEIGHT = 0.2

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graspe_data.recordings import RecordingWriter
-from graspe_data.recordings.content import (
+from graspe_data.recordings.identity import (
     Kind,
 )
 from graspe_data.recordings.message_types import message_classes

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rosbags.convert import convert
 
 from graspe_data.recordings import open_recording
-from graspe_data.recordings.content import (
+from graspe_data.recordings.identity import (
     KEPT,
     ContentIdentity,
     ContentObserver,

@@ -13,8 +13,8 @@ from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.motion.drive_robot import drive_robot
 from graspe_data.simulation.motion.drivers import Leg, ScriptedDriver
 from graspe_data.simulation.motion.gait import GaitSettings
+from graspe_data.simulation.motion.mechanics import SlipSettings
 from graspe_data.simulation.motion.motion_settings import MotionSettings
-from graspe_data.simulation.motion.slip import SlipSettings
 from graspe_data.simulation.motion.wheel_odometry import OdometrySettings
 from graspe_data.simulation.world.mesh import join_meshes
 from graspe_data.simulation.world.obstacles import Obstacle, Obstacles

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.synchronisation.upright_points import cell_keys, moved, upright
+from graspe_data.synchronisation.local_map import cell_keys, moved, upright
 
 
 def test_a_trunk_stands_upright_and_the_ground_round_it_does_not() -> None:

@@ -11,7 +11,7 @@ from torch import Tensor
 from graspe_data.geometry import Transform
 from graspe_data.observation.image_reliability import ImageReliabilitySettings, image_reliability
 from graspe_data.observation.laser_scan import LaserScanSettings, laser_scan
-from graspe_data.observation.predicted_trajectory import PredictedTrajectory
+from graspe_data.observation.trajectory import PredictedTrajectory
 from graspe_data.robot import Intrinsics
 from model_zoo.augmentation import mirror
 

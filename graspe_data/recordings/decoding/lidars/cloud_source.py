@@ -11,11 +11,11 @@ import numpy as np
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.decoding.cloud_decoder import cloud_decoder
+from graspe_data.recordings.decoding.header import refuses_unfit_messages
 from graspe_data.recordings.decoding.lidars.hesai import HESAI_TYPES, HesaiDecoder
 from graspe_data.recordings.decoding.lidars.ouster import OUSTER_TYPES, OusterDecoder
 from graspe_data.recordings.decoding.lidars.ouster_metadata import parse_metadata
 from graspe_data.recordings.decoding.lidars.scan_assembly import ScanAssembler
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import Lidar

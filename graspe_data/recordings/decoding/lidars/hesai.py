@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Bytes
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import place, stamp_ns
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
 from graspe_data.recordings.decoding.lidars.angle_table import AngleTable, read_angle_table
 from graspe_data.recordings.decoding.lidars.hesai_models import (
     LAYOUTS,
@@ -19,7 +19,6 @@ from graspe_data.recordings.decoding.lidars.hesai_models import (
     PacketLayout,
     nominal_angles,
 )
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
 from graspe_data.sensor_data import PointCloud
 
 HESAI_SCAN: Final = "pandar_msgs/msg/PandarScan"

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.decoding.header import place, stamp_ns
-from graspe_data.recordings.decoding.unfit_messages import refuses_unfit_messages
+from graspe_data.recordings.decoding.header import place, refuses_unfit_messages, stamp_ns
 from graspe_data.sensor_data import PointCloud
 
 LIVOX_TYPES: Final = ("livox_ros_driver/msg/CustomMsg", "livox_ros_driver2/msg/CustomMsg")

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graspe_data.observation.intensity_map.stored_layers import restore_layers, store_layers
+from graspe_data.observation.intensity_map.grid import restore_layers, store_layers
 
 
 def test_an_8_bit_lidar_loses_nothing() -> None:

@@ -9,10 +9,11 @@ import pytest
 from graspe_data.errors import ManifestError, ObservationError
 from graspe_data.observation.labels.annotations import (
     annotation_path,
+    draft_annotation,
     read_annotation,
+    redraft_annotation,
     write_annotation,
 )
-from graspe_data.observation.labels.draft import draft_annotation, redraft_annotation
 from graspe_data.observation.labels.events import Event
 from graspe_data.observation.labels.proposals import Proposals
 from graspe_data.observation.labels.review import decide

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graspe_data.observation.labels.intervals import join_intervals, touches, true_runs
-from graspe_data.observation.labels.moving_mean import moving_mean
+from graspe_data.observation.labels.events import join_intervals, touches, true_runs
+from graspe_data.observation.labels.motion_series import moving_mean
 
 Pairs = list[tuple[int, int]]
 pairs = st.lists(

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from graspe_data.errors import RecordingError
 from graspe_data.recordings import open_recording
 from graspe_data.recordings.containers import sqlite_storage
-from graspe_data.recordings.containers.source import Source
+from graspe_data.recordings.containers.storage import Source
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 BAG_START = b"#ROSBAG V2.0\n"

@@ -9,14 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graspe_data.observation.trajectory_arc import constant_velocity_arc
+from graspe_data.observation.trajectory import constant_velocity_arc
 from graspe_data.robot import Robot
 from graspe_data.simulation.motion.drive import STEP_S, Drive
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.simulation.motion.footprint import clearance
-from graspe_data.simulation.motion.mechanics import MechanicsSettings
+from graspe_data.simulation.motion.mechanics import MechanicsSettings, SlipSettings
 from graspe_data.simulation.motion.motion_settings import MotionSettings
-from graspe_data.simulation.motion.slip import SlipSettings
 from graspe_data.simulation.motion.wheel_odometry import OdometrySettings
 from graspe_data.simulation.world.obstacles import Obstacle, Obstacles
 from graspe_data.simulation.world.world import Ground, World

@@ -1,14 +1,43 @@
-"""A trajectory drawn into the picture, on the ground, as wide as the robot."""
+"""The trajectory of a velocity: its arc, and the arc drawn into the picture on the ground."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
+
+
+def constant_velocity_arc(
+    v: ArrayLike, omega: ArrayLike, steps: int = 10, step: float = 0.3
+) -> NDArray[np.float64]:
+    """Poses along the arc of a constant velocity, exact for every yaw rate, 0 included.
+
+    The chord after time t has length v t sinc(omega t / 2) and direction omega t / 2.
+
+    Args:
+        v: Linear velocity (...), m/s; negative drives backwards.
+        omega: Yaw rate (...), rad/s.
+        steps: Poses after the first.
+        step: Time between poses, s.
+
+    Returns:
+        float64 (..., steps + 1, 3): x, y in metres and yaw in rad, not wrapped, in base_link at
+        the start; the first pose is 0.
+    """
+    times = np.arange(steps + 1) * step
+    half_turn = np.multiply.outer(np.asarray(omega, np.float64), times) / 2
+    length = np.multiply.outer(np.asarray(v, np.float64), times)
+    chord = length * np.sinc(half_turn / np.pi)
+    pose = (chord * np.cos(half_turn), chord * np.sin(half_turn), 2 * half_turn)
+    return np.stack(np.broadcast_arrays(*pose), axis=-1)
+
 
 _FRACTION_BITS = 8
 
@@ -110,3 +139,43 @@ def _fill(canvas: NDArray[np.uint8], polygon: Floats) -> None:
     pixels = polygon[:, :2] / polygon[:, 2:]
     corners = np.rint(pixels * (1 << _FRACTION_BITS)).astype(np.int32)
     cv2.fillConvexPoly(canvas, corners, 1, cv2.LINE_8, _FRACTION_BITS)
+
+
+LARGEST_TURN = 0.05
+
+
+@dataclass(frozen=True)
+class PredictedTrajectory:
+    """One robot's camera and horizon, ready to draw any velocity.
+
+    ``intrinsics`` are those of the stored picture, ``base_height``, ``line_width`` and ``behind``
+    metres, ``step_s`` seconds. It is drawn as a camera sees it that stands ``behind`` metres behind
+    the robot's own, at the same height and pitch: a camera on a robot does not see the ground
+    before its feet, and slow arcs end there.
+    """
+
+    intrinsics: Intrinsics
+    base_from_camera: Transform
+    base_height: float
+    line_width: float
+    steps: int = 10
+    step_s: float = 0.3
+    behind: float = 0.0
+
+    def draw(self, v: float, omega: float) -> NDArray[np.bool_]:
+        """The trajectory image, bool (H, W), of a velocity in m/s and rad/s.
+
+        The arc is drawn in straight parts that each turn by 0.05 rad at most: at a radius of 10 m
+        they leave the arc by 3 mm.
+        """
+        parts = max(1, math.ceil(abs(omega) * self.step_s / LARGEST_TURN))
+        arc = constant_velocity_arc(v, omega, self.steps * parts, self.step_s / parts)
+        mounting = self.base_from_camera
+        place = mounting.translation - np.array((self.behind, 0.0, 0.0))
+        return trajectory_image(
+            arc,
+            self.intrinsics,
+            Transform(mounting.rotation, place),
+            self.base_height,
+            self.line_width,
+        )
