@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.recordings.messages import RawMessage
 from graspe_data.sensor_data import StampedTransform
 from graspe_data.synchronisation.tracks import EdgeTrack, StampTrack
 
+Number = TypeVar("Number", int, float)
+Scalar = TypeVar("Scalar", np.int64, np.float64)
 _THIN_NS: Final = 100_000_000
 
 
@@ -46,14 +49,19 @@ class Collector:
         self.add(stamp_ns, raw, *values)
 
     def stamps(self, topic: str) -> StampTrack:
-        """The stamps so far."""
-        header = None if self.headless else np.array(self.header, np.int64)
-        bag, ordinal = np.array(self.bag, np.int64), np.array(self.ordinal, np.int64)
-        return StampTrack(topic, header, bag, ordinal, np.array(self.written, np.int64))
+        """The stamps, once all messages were taken: views of what was collected."""
+        header = None if self.headless else _view(self.header, np.int64)
+        bag, ordinal = _view(self.bag, np.int64), _view(self.ordinal, np.int64)
+        return StampTrack(topic, header, bag, ordinal, _view(self.written, np.int64))
 
     def table(self) -> Floats:
-        """The rows of numbers, float64 (N, width)."""
-        return np.array(self.values, np.float64).reshape(-1, self.width)
+        """The rows of numbers, float64 (N, width), once all messages were taken: a view."""
+        return _view(self.values, np.float64).reshape(-1, self.width)
+
+
+def _view(numbers: array[Number], dtype: type[Scalar]) -> NDArray[Scalar]:
+    """What was collected, not copied; nothing can be added while the view lives."""
+    return np.frombuffer(numbers, dtype)
 
 
 class EdgeCollector:

@@ -148,6 +148,8 @@ def plan_rows(
 
 def join_plans(plans: Sequence[RowPlan]) -> RowPlan:
     """The rows of several stretches, one after another."""
+    if len(plans) == 1:
+        return plans[0]
     parts = [plan.now for plan in plans]
     now = PoseSamples(
         np.concatenate([part.pose for part in parts]),

@@ -181,6 +181,8 @@ def _values(
         else np.concatenate([track.gyro, track.acceleration], axis=1)
         for _, track in there
     ]
+    if len(there) == 1:
+        return TimedValues(there[0][0].stamps_ns, tables[0])
     stamps = np.concatenate([time.stamps_ns for time, _ in there])
     return TimedValues(stamps, np.concatenate(tables))
 
