@@ -271,6 +271,15 @@ CATALOGUE: Final = (
         "0 unjudged, 1 rule, 2 unreviewed proposal, 3 person",
         "label",
     ),
+    Entry(
+        "state",
+        "uint8",
+        (),
+        "",
+        "",
+        "at the anchor: 0 failing, 1 standing, 2 backing, 3 driving",
+        "label",
+    ),
     Entry("recording", "int32", (), "", "", "index into the recordings of dataset.json", "shard"),
 )
 """In the order in which shards hold them."""

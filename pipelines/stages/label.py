@@ -13,8 +13,12 @@ from graspe_data.documents import canonical_json
 from graspe_data.errors import StageError
 from graspe_data.observation.labels import (
     Annotation,
+    Decided,
+    OdometrySeries,
+    anchor_states,
     annotation_path,
     decide,
+    failing_by_events,
     label_rows,
     propose,
     read_annotation,
@@ -75,6 +79,7 @@ def label(work: Work, folder: Path, key: str) -> LabelRecord:
         writer.write_all("success", labels.success)
         writer.write_all("success_mask", labels.mask)
         writer.write_all("label_source", labels.source)
+        writer.write_all("state", _states(anchors, series.odometry, decided))
         digests = writer.digests()
     return LabelRecord(
         stage="label",
@@ -87,7 +92,14 @@ def label(work: Work, folder: Path, key: str) -> LabelRecord:
     )
 
 
-LABEL = Stage("label", 1, LabelRecord, _parameters, label)
+LABEL = Stage("label", 2, LabelRecord, _parameters, label)
+
+
+def _states(
+    anchors: NDArray[np.int64], odometry: OdometrySeries, decided: Decided
+) -> NDArray[np.uint8]:
+    velocity = np.stack(odometry.at(anchors)[3:], axis=1)
+    return anchor_states(failing_by_events(anchors, decided), velocity)
 
 
 def _check_within(annotation: Annotation, stamps_ns: NDArray[np.int64], recording: str) -> None:

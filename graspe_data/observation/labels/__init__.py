@@ -1,5 +1,12 @@
 """Labels: failures that rules propose and people decide, and the success vector of every row."""
 
+from graspe_data.observation.labels.anchor_state import (
+    AnchorState,
+    anchor_states,
+    failing_by_events,
+    failing_by_labels,
+    steps_to_failure,
+)
 from graspe_data.observation.labels.annotations import (
     annotation_path,
     draft_annotation,
@@ -25,6 +32,7 @@ from graspe_data.observation.labels.trajectory_labels import (
 from graspe_data.observation.labels.verdicts import Annotation, Interval
 
 __all__ = [
+    "AnchorState",
     "Annotation",
     "CommandSeries",
     "Decided",
@@ -40,12 +48,16 @@ __all__ = [
     "Proposals",
     "RowLabels",
     "Unreviewed",
+    "anchor_states",
     "annotation_path",
     "decide",
     "draft_annotation",
+    "failing_by_events",
+    "failing_by_labels",
     "label_rows",
     "propose",
     "read_annotation",
     "redraft_annotation",
+    "steps_to_failure",
     "write_annotation",
 ]
