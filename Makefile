@@ -76,8 +76,9 @@ dataset: setup
 
 # The simulated field of the zoo: training worlds, validation worlds (seeds from 900), test scenarios.
 FIELD ?= field
-TRAINING := meadow woodland thicket yard mixed dusk_woodland overgrown
-TESTS := graspe_1_plants graspe_2_hanging_leaves graspe_3_tall_grass graspe_4_low_light
+TRAINING := meadow woodland thicket yard mixed dusk_woodland overgrown wetland
+TESTS := graspe_1_plants graspe_2_hanging_leaves graspe_3_tall_grass graspe_4_low_light \
+  camera_decides lidar_decides either_decides each_is_fooled
 DRIVES ?= 30
 VALIDATION_DRIVES ?= 6
 TEST_DRIVES ?= 16
