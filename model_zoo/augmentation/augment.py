@@ -22,6 +22,7 @@ from model_zoo.augmentation.failing_rows import (
     fail_rows,
 )
 from model_zoo.augmentation.mirror import mirror
+from model_zoo.augmentation.reliability import give_reliabilities
 from model_zoo.augmentation.settings import AugmentationSettings
 
 _SEEN = ("image", "trajectory_image", "laser_scan", "velocity_history", "point_count")
@@ -50,6 +51,7 @@ def augment(
     mirrored = np.random.default_rng([seed, step, 0, 1]).random(number) < settings.mirror
     failures = [_draw(settings, (seed, step, row + 1)) for row in range(number)]
     failed = fail_rows(batch, failures, settings)
+    failed = give_reliabilities(failed, settings.reliability, failures, [seed, step, 0, 3])
     lags = draw_lags(settings.late_history, number, np.random.default_rng([seed, step, 0, 2]))
     if "velocity_history" in failed and lags.any():
         failed = failed | {"velocity_history": late_history(failed["velocity_history"], lags)}

@@ -12,6 +12,7 @@ from graspe_data.errors import ZooError
 from model_zoo.augmentation.failing_rows import RowFailure, fail_rows
 from model_zoo.augmentation.lidar_failure import LidarFailure
 from model_zoo.augmentation.picture_failure import PictureFailure
+from model_zoo.augmentation.reliability import give_reliabilities
 from model_zoo.augmentation.settings import AugmentationSettings
 
 Condition = Literal["clean", "dark", "blurred", "covered", "lidar_sector_lost"]
@@ -51,13 +52,13 @@ def apply_condition(
     """
     if condition not in CONDITIONS:
         raise ZooError(f"no condition {condition!r}: known are {', '.join(CONDITIONS)}.")
-    if condition == "clean":
-        return dict(batch)
     settings = settings or AugmentationSettings()
     width = batch["image"].shape[2] if "image" in batch else 0
     keys = [(seed, name, CONDITIONS.index(condition)) for name in _names(batch)]
     failures = [_failure(condition, key, width, settings.laser_scan.half_angle) for key in keys]
-    return fail_rows(batch, failures, settings)
+    failed = fail_rows(batch, failures, settings)
+    key = [seed, CONDITIONS.index(condition), *keys[0]] if keys else [seed]
+    return give_reliabilities(failed, settings.reliability, failures, key)
 
 
 def _names(batch: dict[str, Tensor]) -> list[int]:
@@ -70,6 +71,8 @@ def _names(batch: dict[str, Tensor]) -> list[int]:
 def _failure(
     condition: Condition, key: tuple[int, int, int], width: int, half_angle: float
 ) -> RowFailure:
+    if condition == "clean":
+        return RowFailure(key)
     chance = float(np.random.default_rng([*key, 1]).random())
     if condition == "dark":
         return RowFailure(key, PictureFailure(light=_DARK_LIGHT))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, Field
 
@@ -33,6 +33,15 @@ Lengths = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 Angle = Annotated[float, Field(ge=0, le=2 * math.pi)]
 Lag = Annotated[int, Field(ge=1, le=1000)]
 Angles = Annotated[tuple[Angle, Angle], AfterValidator(_ordered)]
+
+
+ReliabilitySource = Literal["measured", "shuffled", "known"]
+"""``measured``: equations (1) to (5) of what the sensors gave.
+
+Controls, to tell what a measured reliability is worth: ``shuffled`` gives each row those of another
+row of its batch, which are as large and say nothing of it; ``known`` knows which sensor was made to
+fail, 0, and which was not, 1, and nothing of failures that were recorded.
+"""
 
 
 class DarknessSettings(Settings):
@@ -127,6 +136,8 @@ class AugmentationSettings(Settings):
     independently.
     """
 
+    reliability: ReliabilitySource = "measured"
+    """Which the model is given, in training and in evaluation."""
     mirror: Share = 0.5
     """Probability of a row being mirrored, all its modalities."""
     darkness: DarknessSettings = DarknessSettings()

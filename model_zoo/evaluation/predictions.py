@@ -11,7 +11,8 @@ from graspe_data.arrays import Floats
 from graspe_data.errors import ZooError
 from graspe_data.progress import Progress
 from model_zoo.augmentation import Condition, apply_condition
-from model_zoo.augmentation.settings import settings_of_dataset
+from model_zoo.augmentation.reliability import taught_with
+from model_zoo.augmentation.settings import AugmentationSettings, settings_of_dataset
 from model_zoo.batches import Batch
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.evaluation.judged_split import JudgedSplit
@@ -34,7 +35,8 @@ def predict_split(
         ZooError: The model predicts numbers that are not finite.
         ShardError: A shard is missing or damaged.
     """
-    settings = settings_of_dataset(split.dataset.index)
+    given = AugmentationSettings(reliability=taught_with(checkpoint.recipe))
+    settings = settings_of_dataset(split.dataset.index, given)
     found: dict[str, list[Floats]] = {condition: [] for condition in conditions}
     progress.start("batches", -(-split.rows.size // batch_size))
     for done, batch in _batches(split, batch_size):

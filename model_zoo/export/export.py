@@ -29,6 +29,7 @@ from graspe_data.progress import Progress, Silent
 from graspe_data.sealed_folder import SEAL_FILE
 from graspe_data.shards.dataset_manifest import read_index
 from graspe_data.whole_folder import replaced_folder
+from model_zoo.augmentation.reliability import taught_with
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.export.card import render_card
@@ -101,6 +102,7 @@ def export_bundle(
     """
     check_place(out)
     loaded = load_checkpoint(checkpoint)
+    _check_reliability(loaded)
     assumptions = _assumptions(loaded, dataset)
     inputs = planner_inputs(loaded, assumptions.observation)
     bases = real_scenes(dataset, tuple(inputs)) if dataset else drawn_scenes([*inputs.values()])
@@ -150,3 +152,11 @@ def _npz(arrays: Mapping[str, NDArray[np.generic]]) -> bytes:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     return buffer.getvalue()
+
+
+def _check_reliability(checkpoint: Checkpoint) -> None:
+    if (given := taught_with(checkpoint.recipe)) != "measured":
+        raise ZooError(
+            f"{checkpoint.folder}: was taught with {given} reliabilities, which no robot can give. "
+            "It is a control: export a model that was taught with measured ones."
+        )

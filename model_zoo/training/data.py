@@ -23,7 +23,7 @@ from model_zoo.labels import LABEL_COLUMNS, Labels, read_labels
 from model_zoo.training.candidates import candidate_columns, check_candidates
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
 from model_zoo.training.machine import Machine
-from model_zoo.training.preparation import Preparation
+from model_zoo.training.preparation import Preparation, SoundRows
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.rows import ChosenRows, RowWeights, balance_rows, choose_rows
@@ -138,9 +138,11 @@ def _training(
 def _validation(
     dataset: Dataset, labels: Labels, recipe: Recipe, machine: Machine, fabric: Fabric
 ) -> BatchLoader:
+    given = recipe.augmentation.reliability if recipe.augmentation else "measured"
     return BatchLoader(
         ChosenRows(dataset, choose_rows(labels, "none")),
         recipe.batch_size,
+        transform=SoundRows(given, recipe.seed),
         rank=fabric.global_rank,
         world_size=fabric.world_size,
         tail="pad",

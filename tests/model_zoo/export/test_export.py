@@ -133,6 +133,13 @@ def test_columns_that_no_planner_would_derive_are_refused(quick: Made, tmp_path:
         export_bundle(checkpoint, tmp_path / "bundle")
 
 
+def test_a_control_is_no_model_for_a_robot(quick: Made, tmp_path: Path) -> None:
+    recipe = {"augmentation": {"reliability": "shuffled"}}
+    checkpoint = write_made(tmp_path / "control", quick.name, quick.index, recipe=recipe)
+    with pytest.raises(ZooError, match="taught with shuffled reliabilities, which no robot can"):
+        export_bundle(checkpoint, tmp_path / "bundle")
+
+
 def test_other_files_are_not_overwritten(quick: Made, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(ZooError, match=r"holds other files \(notes.txt\)"):
