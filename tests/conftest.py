@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -32,6 +32,14 @@ GARDEN: dict[str, Any] = {
     "camera": {"width": 160, "height": 120, "rate": 5.0},
     "lidar": {"rate": 5.0, "rotation_rate": 20.0, "sub_rays": 1},
 }
+
+
+@pytest.fixture(autouse=True, scope="session")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What blind references said is kept in a folder of the tests, not in the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GRASPE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 class GardenDrive(Protocol):

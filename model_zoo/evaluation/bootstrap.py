@@ -1,4 +1,4 @@
-"""Scores of resampled recordings, without computing each score anew.
+"""Scores of resampled recordings and trainings, without computing each score anew.
 
 Rows of one recording resemble each other, so recordings are what is drawn with replacement, not
 rows. A resample is a weight for each recording; every score here is exact for whole weights.
@@ -24,6 +24,37 @@ def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
     generator = np.random.default_rng([seed, recordings])
     share = np.full(recordings, 1 / recordings)
     return generator.multinomial(recordings, share, size=resamples).astype(np.float64)
+
+
+def joint_resamples(scores: Floats, seed: int) -> Floats:
+    """Means over resampled trainings, each on its own resample of recordings, (S,).
+
+    In every resample as many trainings are drawn, with replacement, as there are. Of R trainings
+    the mean of R draws varies by (R - 1) / R of what the mean of R new ones would, so what it lies
+    off the mean of all is stretched by the root of R / (R - 1).
+
+    Args:
+        scores: (R, S), of each training on every resample of recordings.
+        seed: Of the draws.
+    """
+    count, resamples = scores.shape
+    whole: Floats = scores.mean(axis=0)
+    if count == 1:
+        return whole
+    draws = np.random.default_rng([seed, count]).integers(count, size=(count, resamples))
+    drawn = np.take_along_axis(scores, draws, axis=0).mean(axis=0)
+    stretched: Floats = whole + np.sqrt(count / (count - 1)) * (drawn - whole)
+    return stretched
+
+
+def resampled_au_roc(
+    log_odds: Floats, success: Mask, mask: Mask, recording: Indices, weights: Floats
+) -> Floats:
+    """AU-ROC of every resample, (S,); see :func:`resampled_scores`."""
+    z, y = judged_steps(log_odds, success, mask)
+    owner = np.broadcast_to(recording[:, None], mask.shape)[mask]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return _au_roc(z, y, owner, weights)
 
 
 def resampled_scores(

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graspe_data.manifest import Settings
+from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING
 
 ALL_SCENARIOS = "all"
 """Stands for the rows of all scenarios together."""
@@ -76,19 +77,58 @@ class CalibrationCurve(Settings):
         return self
 
 
+class Lead(Score):
+    """How far an AU-ROC lies above the best blind reference's, on the same resamples.
+
+    Attributes:
+        reference: The reference with the highest AU-ROC there.
+    """
+
+    reference: str
+
+
+class Part(Settings):
+    """The AU-ROC of some of a cell's rows.
+
+    Attributes:
+        rows: With a judged step in the part; within a scene, rows whose candidates do not all end
+            alike.
+        judged: Their judged steps in the part; within a scene, their candidates.
+        au_roc: Of these steps; within a scene, its mean over the rows.
+        resamples: AU-ROC of every resample of recordings; the same resamples for every model and
+            reference, so that differences can be judged pair by pair. Empty for too few recordings.
+        lead: Of a model, over the best blind reference.
+    """
+
+    rows: Annotated[int, Field(ge=0)]
+    judged: Annotated[int, Field(ge=0)]
+    au_roc: StoredScore
+    resamples: tuple[Share | None, ...]
+    lead: Lead | None = None
+
+
+class ReferenceCell(Settings):
+    """One scenario under one condition, of a blind reference; see :class:`Cell`."""
+
+    scenario: str
+    condition: str
+    parts: Mapping[str, Part]
+
+
 class Cell(Settings):
-    """One scenario under one condition of the sensors.
+    """One scenario under one condition of the sensors; all but ``parts`` of rows not failing yet.
 
     Attributes:
         scenario: The group of the recordings, or ``all``.
         condition: What was done to the observations.
         recordings: Recordings in it.
-        rows: Their rows.
+        rows: Their rows that are not failing yet.
         judged: Judged steps of these rows.
         success_share: Of the judged steps.
         scores: By the name of the function in :mod:`model_zoo.metrics`.
-        au_roc_resamples: AU-ROC of every resample; the same resamples for every model, so that
-            differences between models can be judged pair by pair.
+        resamples: Of some other scores, as those of a part.
+        parts: By their names, see :mod:`model_zoo.evaluation.parts`; ``not_failing`` is the primary
+            one, whose AU-ROC stands among the scores too.
         roc: Of the judged steps, pooled; None where one class alone was judged.
         calibration: Of the judged steps, pooled.
     """
@@ -96,11 +136,12 @@ class Cell(Settings):
     scenario: str
     condition: str
     recordings: Count
-    rows: Count
-    judged: Count
+    rows: Annotated[int, Field(ge=0)]
+    judged: Annotated[int, Field(ge=0)]
     success_share: Share | None
     scores: Mapping[str, StoredScore]
-    au_roc_resamples: tuple[Share | None, ...]
+    resamples: Mapping[str, tuple[Share | None, ...]] = {}
+    parts: Mapping[str, Part]
     roc: RocCurve | None
     calibration: CalibrationCurve
 
@@ -109,6 +150,11 @@ class Cell(Settings):
         if "au_roc" not in self.scores:
             found = ", ".join(self.scores) or "none"
             raise ValueError(f"scores: expected au_roc among them, found {found}")
+        missing = [name for name in (NOT_FAILING, ALL_ROWS) if name not in self.parts]
+        if missing:
+            raise ValueError(f"parts: expected {', '.join(missing)} among them")
+        if self.parts[NOT_FAILING].au_roc != self.scores["au_roc"]:
+            raise ValueError(f"parts: au_roc of {NOT_FAILING} is not that among the scores")
         self._check_area()
         steps = sum(self.calibration.judged)
         if steps != self.judged:
@@ -130,4 +176,6 @@ class Cell(Settings):
     def only_class(self) -> str | None:
         """Why AU-ROC is not defined where the judged steps are of one class; else None."""
         reasons = {1.0: "all judged steps succeed", 0.0: "all judged steps fail"}
-        return None if self.success_share is None else reasons.get(self.success_share)
+        if self.success_share is None:
+            return "a failure is under way in every judged row"
+        return reasons.get(self.success_share)

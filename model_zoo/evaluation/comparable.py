@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from graspe_data.errors import ZooError
+from model_zoo.evaluation.blind_references import ReferenceScores
 from model_zoo.evaluation.cell import Cell
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.parts import NOT_FAILING
 
 _SHORT = 12
+_REFERENCES_APART = 0.01
+"""Of AU-ROC, between references that are the same."""
 _SETTINGS = ("dataset", "split", "scenarios", "conditions", "resamples", "resample_seed", "every")
 _COUNTS = ("recordings", "rows", "judged", "success_share")
 
@@ -18,7 +23,7 @@ def check_comparable(evaluations: Sequence[Evaluation]) -> None:
 
     Raises:
         ZooError: None are given, one is given twice, or they are of other data, another split,
-            other scenarios, conditions, resamples or rows.
+            other scenarios, conditions, resamples, rows or blind references.
     """
     if not evaluations:
         raise ZooError("compare: no evaluations given.")
@@ -26,6 +31,7 @@ def check_comparable(evaluations: Sequence[Evaluation]) -> None:
     for evaluation in evaluations:
         _refuse_other_settings(evaluation, evaluations[0])
         _refuse_other_rows(evaluation, evaluations[0])
+        _refuse_other_references(evaluation, evaluations[0])
         if evaluation.checkpoint in seen:
             raise ZooError(f"compare: {_name(evaluation)} is given twice.")
         seen.add(evaluation.checkpoint)
@@ -87,13 +93,37 @@ def _refuse_other_rows(evaluation: Evaluation, first: Evaluation) -> None:
             )
 
 
+def _refuse_other_references(evaluation: Evaluation, first: Evaluation) -> None:
+    """The same rows give the same references, but for what a release of scikit-learn changes."""
+    found, expected = evaluation.references, first.references
+    fault = "taught on other data" if found.taught_on != expected.taught_on else ""
+    for one, other in zip_longest(found.scores, expected.scores):
+        if one is None or other is None or one.name != other.name:
+            fault = fault or "others in number or name"
+            break
+        areas = [_area(reference) for reference in (one, other)]
+        if abs(areas[0] - areas[1]) > _REFERENCES_APART:
+            fault = fault or f"{one.name} has an AU-ROC of {areas[0]:.4f} and {areas[1]:.4f}"
+    if fault:
+        raise ZooError(
+            f"compare: {_name(evaluation)} and {_name(first)} differ in their blind references: "
+            f"{fault}. Evaluate both again, with the same --references."
+        )
+
+
+def _area(reference: ReferenceScores) -> float:
+    cell = reference.cell()
+    value = None if cell is None else cell.parts[NOT_FAILING].au_roc.value
+    return 0.0 if value is None else value
+
+
 def _counts(cell: Cell) -> tuple[object, ...]:
-    return (*(getattr(cell, name) for name in _COUNTS), len(cell.au_roc_resamples))
+    return (*(getattr(cell, name) for name in _COUNTS), len(cell.parts[NOT_FAILING].resamples))
 
 
 def _counts_text(cell: Cell) -> str:
     counts = ", ".join(f"{name} {getattr(cell, name)}" for name in _COUNTS)
-    return f"{counts}, {len(cell.au_roc_resamples)} resamples"
+    return f"{counts}, {len(cell.parts[NOT_FAILING].resamples)} resamples"
 
 
 def _name(evaluation: Evaluation) -> str:

@@ -12,7 +12,9 @@ from graspe_data.atomic_file import write_atomically
 from graspe_data.errors import ZooError
 from model_zoo.evaluation.comparison_markdown import render_markdown
 from model_zoo.evaluation.contestants import Contestant, all_and_each, contestants
+from model_zoo.evaluation.entrants import Entrant, blind_entrants
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.parts import NOT_FAILING
 from model_zoo.evaluation.plots import plot_calibration, plot_conditions, plot_roc
 from model_zoo.evaluation.zoo_index import INDEX_NAME, index_of, render_index
 from model_zoo.metrics import METRICS
@@ -60,7 +62,9 @@ _FIELDS = (
     "runs",
     "scenario",
     "condition",
+    "rows",
     "metric",
+    "reference",
     "value",
     "low",
     "high",
@@ -72,13 +76,51 @@ _COSTS = ("median_ms", "p90_ms", "weight_bytes", "working_bytes")
 
 
 def comparison_records(models: Sequence[Contestant]) -> list[dict[str, Any]]:
-    """A record for each model, scenario, condition and metric; costs have no scenario.
+    """A record for each score; costs have no scenario.
 
-    Trainings of one model, preset, recipe and dataset are taken together. ``low`` and ``high``
-    bound 95 % of the resampled recordings (means over runs); ``least_run`` and ``greatest_run`` are
-    the extremes of the trainings.
+    The blind references come first. Trainings of one model, preset, recipe and dataset are taken
+    together. ``low`` and ``high`` bound 95 % of the resamples of trainings and recordings;
+    ``least_run`` and ``greatest_run`` are the extremes of the trainings. ``rows`` names the part of
+    the rows, ``lead`` is the AU-ROC less that of the best blind reference there.
     """
-    return [record for model in models for record in (*_scores(model), *_costs(model))]
+    first = models[0].runs[0]
+    blind = [
+        record
+        for entrant in blind_entrants(first.references)
+        for record in _areas(entrant, first, {"model": entrant.label})
+    ]
+    return blind + [record for model in models for record in _records(model)]
+
+
+def _records(model: Contestant) -> list[dict[str, Any]]:
+    first, head = model.runs[0], _head(model)
+    areas = _areas(model, first, head)
+    return [*_scores(model), *areas, *_leads(model, head), *_costs(model)]
+
+
+def _areas(entrant: Entrant, first: Evaluation, head: dict[str, Any]) -> list[dict[str, Any]]:
+    """AU-ROC of each part; that of a model's rows not failing yet stands among its scores."""
+    return [
+        head
+        | {"scenario": cell.scenario, "condition": cell.condition, "rows": part}
+        | {"metric": "au_roc", "recordings": cell.recordings}
+        | entrant.au_roc(cell.scenario, cell.condition, part).model_dump()
+        for cell in first.cells
+        for part in cell.parts
+        if not (isinstance(entrant, Contestant) and part == NOT_FAILING)
+    ]
+
+
+def _leads(model: Contestant, head: dict[str, Any]) -> list[dict[str, Any]]:
+    first = model.runs[0]
+    return [
+        head
+        | {"scenario": cell.scenario, "condition": cell.condition, "rows": part, "metric": "lead"}
+        | lead.model_dump()
+        for cell in first.cells
+        for part in cell.parts
+        if (lead := model.lead(first.references, cell.scenario, cell.condition, part))
+    ]
 
 
 def render_csv(models: Sequence[Contestant]) -> str:
@@ -108,7 +150,7 @@ def _scores(model: Contestant) -> list[dict[str, Any]]:
     places = [(s, c) for s in all_and_each(first) for c in first.conditions]
     return [
         _head(model)
-        | {"scenario": scenario, "condition": condition, "metric": metric}
+        | {"scenario": scenario, "condition": condition, "metric": metric, "rows": NOT_FAILING}
         | model.score(metric, scenario, condition).model_dump()
         | _extremes(model.values(metric, scenario, condition))
         | _recordings(first, scenario, condition)

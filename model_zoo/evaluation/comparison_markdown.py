@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from model_zoo.evaluation.cell import ALL_SCENARIOS, Score
+from model_zoo.evaluation.blind_features import TITLES
+from model_zoo.evaluation.cell import ALL_SCENARIOS, Lead, Score
 from model_zoo.evaluation.contestants import Contestant, all_and_each
+from model_zoo.evaluation.entrants import Entrant, blind_entrants
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING
+from model_zoo.evaluation.parts import TITLES as PART_TITLES
 from model_zoo.evaluation.score_cells import FEWEST_RECORDINGS
 
 
@@ -30,13 +34,21 @@ _NOTE = """\
 Written by `graspe zoo compare`, alone or at the end of `graspe zoo run`; `comparison.csv` has every
 number, `zoo.yaml` every training.
 
-Split `{split}` of the dataset `{dataset}`: {rows}. AU-ROC pools all judged steps. In brackets: 95 %
-of {resamples} resamples of recordings lie within; none are given for fewer than {fewest}
-recordings. They are intervals over recordings, not over trainings: how far other trainings of a
-model would lie from these numbers is seen only from several seeds. {runs}Bold: the best of a
-column.
+Split `{split}` of the dataset `{dataset}`: {rows}. Scores are of rows that are not failing yet: a
+failure that is under way at the anchor is told by odometry alone. AU-ROC pools their judged steps.
+The blind references come first. They have no camera and no cloud, were taught on the training rows
+of `{taught_on}`, and had their settings chosen on the validation rows that select. In brackets:
+95 % of {resamples} resamples lie within; none are given for fewer than {fewest} recordings. {runs}
+Differences are of the same resamples. Bold: the best of a column.
 """
-_MANY_RUNS = "Values and bounds are means over the trainings of a model. "
+_MANY_RUNS = (
+    "Recordings are resampled, and with them the trainings of a model that has several; values are "
+    "means over the trainings."
+)
+_ONE_RUN = (
+    "They are intervals over recordings, not over trainings: how far other trainings of a model "
+    "would lie from these numbers is seen only from several seeds."
+)
 
 
 def render_heading(models: Sequence[Contestant]) -> str:
@@ -48,20 +60,24 @@ def render_heading(models: Sequence[Contestant]) -> str:
         rows=_rows(first),
         resamples=first.resamples,
         fewest=FEWEST_RECORDINGS,
-        runs=_MANY_RUNS if any(len(model.runs) > 1 for model in models) else "",
+        taught_on=first.references.taught_on[:_SHORT],
+        runs=_MANY_RUNS if any(len(model.runs) > 1 for model in models) else _ONE_RUN,
     )
     return f"{note}\n## Trainings\n\n{_trainings(models)}"
 
 
 def _rows(evaluation: Evaluation) -> str:
     whole = evaluation.cell(condition=evaluation.conditions[0])
-    counts = f"{whole.rows:,} rows of {whole.recordings} recordings" if whole else ""
+    counts = (
+        f"{whole.parts[ALL_ROWS].rows:,} rows of {whole.recordings} recordings" if whole else ""
+    )
     which = "every judged row" if evaluation.every == 1 else "of the judged rows of a recording one"
     return f"{counts}, {which}" + (f" in {evaluation.every}" if evaluation.every > 1 else "")
 
 
 def _trainings(models: Sequence[Contestant]) -> str:
-    head = ["model", "preset", "trainings", "seeds", "steps done", "recipe"]
+    head = ["model", "preset", "trainings", "that chose its settings", "seeds", "steps done"]
+    head += ["recipe"]
     head += [name.replace("_", " ") for name in _VALUES]
     return markdown_table([*head, "trained on"], [_training(model) for model in models])
 
@@ -73,6 +89,7 @@ def _training(model: Contestant) -> list[str]:
         model.label,
         first.preset,
         f"{len(model.runs)}",
+        "not said" if first.searched is None else f"{first.searched}",
         _listed([run.seed for run in model.runs]),
         _listed([run.steps for run in model.runs]),
         "unknown" if first.recipe is None else first.recipe.short,
@@ -89,6 +106,11 @@ def _value(value: object) -> str:
     return "none" if value is None else f"{value}"
 
 
+_ROWS = "rows not failing yet, clean sensors"
+_PARTS_NOTE = """\
+All scenarios together. By state at the anchor; by time to failure, the failing steps of rows that
+fail in that time against every succeeding step of rows not failing yet; within a scene, the mean
+over scenes of the AU-ROC among the trajectories of one row."""
 _SCORES = {
     "minimum_au_roc": ("AU-ROC of trajectories", True),
     "average_precision": ("average precision, success", True),
@@ -107,15 +129,16 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
         plots: Paths of pictures, relative to the text.
     """
     first = models[0].runs[0]
-    parts = [render_heading(models), "## AU-ROC by scenario, clean sensors", _scenarios(models)]
-    parts += [_undefined(first)]
+    parts = [render_heading(models), f"## AU-ROC by scenario, {_ROWS}", _scenarios(models)]
+    parts += [_undefined(first), "## Lead over the best blind reference", _leads(models)]
     if len(models) > 1:
         title = f"## AU-ROC less that of {models[0].label}, on the same resamples"
         parts += [title, _differences(models)]
+    parts += ["## AU-ROC on other rows, clean sensors", _PARTS_NOTE, _parts(models)]
     if len(first.conditions) > 1:
         parts += ["## AU-ROC by condition of the sensors", _conditions(models)]
         parts += ["## AU-ROC lost to each condition", _declines(models)]
-    parts += ["## Other scores, all scenarios, clean sensors", _others(models)]
+    parts += [f"## Other scores, all scenarios, {_ROWS}", _others(models)]
     parts += ["## Cost of one prediction", _costs(models), "## Data", _data(first)]
     parts += [f"![{plot}]({plot})" for plot in plots]
     return "\n\n".join(part.strip() for part in parts if part) + "\n"
@@ -124,7 +147,40 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
 def _scenarios(models: Sequence[Contestant]) -> str:
     columns = all_and_each(models[0].runs[0])
     condition = models[0].runs[0].conditions[0]
-    return _grid(models, columns, lambda m, column: m.score("au_roc", column, condition))
+    return _grid(_entrants(models), columns, lambda m, column: m.au_roc(column, condition))
+
+
+def _entrants(models: Sequence[Contestant]) -> list[Entrant]:
+    """The blind references, then the models."""
+    return [*blind_entrants(models[0].runs[0].references), *models]
+
+
+def _leads(models: Sequence[Contestant]) -> str:
+    first = models[0].runs[0]
+    columns = all_and_each(first)
+    rows = [
+        [m.label, *(_lead(m.lead(first.references, c, first.conditions[0])) for c in columns)]
+        for m in models
+    ]
+    return markdown_table(["model", *columns], rows)
+
+
+def _lead(lead: Lead | None) -> str:
+    if lead is None:
+        return "-"
+    return f"{_signed(lead)} over {TITLES[lead.reference].removeprefix('blind: ')}"
+
+
+def _parts(models: Sequence[Contestant]) -> str:
+    first = models[0].runs[0]
+    whole = first.cell(ALL_SCENARIOS, first.conditions[0])
+    columns = [part for part in (whole.parts if whole else ()) if part != NOT_FAILING]
+    return _grid(
+        _entrants(models),
+        columns,
+        lambda m, part: m.au_roc(ALL_SCENARIOS, first.conditions[0], part),
+        titles=[PART_TITLES[part] for part in columns],
+    )
 
 
 def _undefined(evaluation: Evaluation) -> str:
@@ -140,7 +196,7 @@ def _undefined(evaluation: Evaluation) -> str:
 
 def _conditions(models: Sequence[Contestant]) -> str:
     columns = models[0].runs[0].conditions
-    return _grid(models, columns, lambda m, column: m.score("au_roc", ALL_SCENARIOS, column))
+    return _grid(_entrants(models), columns, lambda m, column: m.au_roc(ALL_SCENARIOS, column))
 
 
 def _differences(models: Sequence[Contestant]) -> str:
@@ -207,16 +263,17 @@ def _data(evaluation: Evaluation) -> str:
             counts = (f"{cell.recordings}", f"{cell.rows:,}", f"{cell.judged:,}")
             rows.append([scenario, *counts, share])
     return markdown_table(
-        ["scenario", "recordings", "rows", "judged steps", "of them success"], rows
+        ["scenario", "recordings", "rows not failing yet", "judged steps", "of them success"], rows
     )
 
 
 def _grid(
-    models: Sequence[Contestant],
+    models: Sequence[Entrant],
     columns: Sequence[str],
-    score: Callable[[Contestant, str], Score],
+    score: Callable[[Entrant, str], Score],
     *,
     higher_is_better: bool = True,
+    titles: Sequence[str] | None = None,
 ) -> str:
     texts = [
         _emphasise([score(model, c) for model in models], higher_is_better=higher_is_better)
@@ -224,7 +281,7 @@ def _grid(
     ]
     labels = [model.label for model in models]
     rows = [list(row) for row in zip(labels, *texts, strict=True)]
-    return markdown_table(["model", *columns], rows)
+    return markdown_table(["model", *(titles or columns)], rows)
 
 
 def _emphasise(scores: Sequence[Score], *, higher_is_better: bool) -> list[str]:

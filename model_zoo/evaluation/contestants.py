@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from statistics import fmean
+from typing import Self
 
 import numpy as np
 
-from graspe_data.arrays import Floats
+from model_zoo.evaluation.blind_references import as_array
+from model_zoo.evaluation.bootstrap import joint_resamples
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Score
 from model_zoo.evaluation.comparable import check_comparable, check_trainings
+from model_zoo.evaluation.entrants import UNDEFINED, Entrant
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.score_cells import interval
 
@@ -66,61 +70,45 @@ def _shown(value: object) -> str:
 
 
 @dataclass(frozen=True)
-class Contestant:
+class Contestant(Entrant):
     """A model trained in one way, with the evaluations of its trainings.
 
     Attributes:
-        label: How tables and plots call it.
         runs: One evaluation of each training.
     """
 
-    label: str
     runs: tuple[Evaluation, ...]
 
+    @classmethod
+    def of(cls, label: str, runs: Sequence[Evaluation]) -> Self:
+        """A model by the evaluations of its trainings."""
+        checkpoints = ",".join(sorted(run.checkpoint for run in runs))
+        seed = int.from_bytes(hashlib.sha256(checkpoints.encode()).digest()[:8], "big")
+        return cls(label, runs, seed, tuple(runs))
+
     def score(self, metric: str, scenario: str, condition: str) -> Score:
-        """The mean over the runs of value and bounds; None where a run has none."""
-        cells = [run.cell(scenario, condition) for run in self.runs]
-        scores = [cell.scores[metric] for cell in cells if cell and metric in cell.scores]
-        if len(scores) < len(self.runs):
-            return Score(value=None, low=None, high=None)
-        return Score(
-            value=_mean([score.value for score in scores]),
-            low=_mean([score.low for score in scores]),
-            high=_mean([score.high for score in scores]),
-        )
+        """A score on rows not failing yet: the mean over the trainings, and its interval.
+
+        None where a training has no such score. Of several trainings there is an interval where
+        the resamples of the score were kept.
+        """
+        if metric == "au_roc":
+            return self.au_roc(scenario, condition)
+        values = self.values(metric, scenario, condition)
+        if len(values) < len(self.runs):
+            return UNDEFINED
+        cells = [cell for run in self.runs if (cell := run.cell(scenario, condition))]
+        if len(self.runs) == 1:
+            return cells[0].scores[metric]
+        kept = [as_array(cell.resamples.get(metric, ())) for cell in cells]
+        low, high = interval(joint_resamples(np.array(kept), self.seed))
+        return Score(value=fmean(values), low=low, high=high)
 
     def values(self, metric: str, scenario: str, condition: str) -> list[float]:
-        """The value of each run that has one."""
+        """The value of each training that has one."""
         cells = [run.cell(scenario, condition) for run in self.runs]
         values = [cell.scores[metric].value for cell in cells if cell and metric in cell.scores]
         return [value for value in values if value is not None]
-
-    def advantage(self, other: Contestant, scenario: str, condition: str) -> Score:
-        """AU-ROC of this one less that of another, over the same resamples of recordings."""
-        return _difference((self, scenario, condition), (other, scenario, condition))
-
-    def decline(self, clean: str, condition: str, scenario: str = ALL_SCENARIOS) -> Score:
-        """AU-ROC under one condition less that under another, over the same resamples."""
-        return _difference((self, scenario, clean), (self, scenario, condition))
-
-    def au_roc_resamples(self, scenario: str, condition: str) -> Floats:
-        """AU-ROC of every resample, the mean over the runs; empty for too few recordings."""
-        cells = [run.cell(scenario, condition) for run in self.runs]
-        drawn = [np.array(cell.au_roc_resamples, dtype=np.float64) for cell in cells if cell]
-        mean: Floats = np.mean(drawn, axis=0)
-        return mean
-
-
-_Place = tuple[Contestant, str, str]
-
-
-def _difference(first: _Place, second: _Place) -> Score:
-    values = [model.score("au_roc", *place).value for model, *place in (first, second)]
-    if values[0] is None or values[1] is None:
-        return Score(value=None, low=None, high=None)
-    drawn = [model.au_roc_resamples(*place) for model, *place in (first, second)]
-    low, high = interval(drawn[0] - drawn[1])
-    return Score(value=values[0] - values[1], low=low, high=high)
 
 
 def contestants(evaluations: Sequence[Evaluation]) -> list[Contestant]:
@@ -136,14 +124,7 @@ def contestants(evaluations: Sequence[Evaluation]) -> list[Contestant]:
     for runs in groups.values():
         check_trainings(runs)
     labels = label_groups([runs[0] for runs in groups.values()])
-    return [
-        Contestant(label, tuple(runs)) for label, runs in zip(labels, groups.values(), strict=True)
-    ]
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return fmean(known) if len(known) == len(values) else None
+    return [Contestant.of(label, runs) for label, runs in zip(labels, groups.values(), strict=True)]
 
 
 def all_and_each(evaluation: Evaluation) -> tuple[str, ...]:

@@ -9,9 +9,11 @@ from typing import Any
 import torch
 
 from graspe_data.progress import Progress, Silent
+from graspe_data.shards.dataset_manifest import read_index
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.environment import Device, choose_device
+from model_zoo.evaluation.blind_references import score_references, with_leads
 from model_zoo.evaluation.evaluation import Evaluation, digest_of, summarise_recipe
 from model_zoo.evaluation.judged_split import JudgedSplit, open_judged_split
 from model_zoo.evaluation.latency import measure_latency
@@ -34,8 +36,12 @@ def evaluate(
     resamples: int = RESAMPLES,
     every: int = 1,
     progress: Progress | None = None,
+    references: Path | None = None,
 ) -> Evaluation:
     """Predict a split under each condition and score it, scenario by scenario.
+
+    The primary figure is on rows in which no failure is under way at the anchor, and every score
+    stands beside those of the blind references, which have no camera and no cloud.
 
     Args:
         checkpoint: What to evaluate; its model is moved to ``device``.
@@ -49,21 +55,28 @@ def evaluate(
         resamples: Of recordings, for the intervals.
         every: Take each so many of a recording's judged rows; neighbours are much alike.
         progress: Is told of every batch.
+        references: The dataset whose training rows teach the blind references, if ``dataset`` has
+            none.
 
     Raises:
         ZooError: The dataset does not fit the model, the split has no judged step, a condition is
-            unknown, there is no such device, or a prediction is not finite.
+            unknown, there is no such device, a prediction is not finite, the blind references
+            cannot be taught, or the split is not apart from what teaches.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
-    chosen = choose_device(device)
+    chosen, teach = choose_device(device), references or dataset
     rows = open_judged_split(checkpoint, dataset, split, conditions, every)
+    taught_on = read_index(teach).dataset_digest
+    blind = score_references(rows, teach, taught_on, conditions, resamples, seed)
     checkpoint.model.to(chosen)
     latency = measure_latency(checkpoint, _first(rows))
     predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, progress or Silent())
     cells = [
-        cell
-        for condition in conditions
-        for cell in score_cells(rows, predicted[condition], condition, resamples, seed)
+        with_leads(cell, blind)
+        for place, condition in enumerate(conditions)
+        for cell in score_cells(
+            rows, predicted[condition], condition, resamples, seed, resampled=place == 0
+        )
     ]
     return Evaluation(
         **_describe(checkpoint),
@@ -72,6 +85,7 @@ def evaluate(
         resamples=resamples,
         resample_seed=seed,
         every=every,
+        references=blind,
         cells=tuple(cells),
         latency=latency,
     )
@@ -88,13 +102,15 @@ def _first(split: JudgedSplit) -> dict[str, torch.Tensor]:
 
 
 def _describe(checkpoint: Checkpoint) -> dict[str, Any]:
-    seed = checkpoint.recipe.get("seed") if isinstance(checkpoint.recipe, Mapping) else None
+    recipe = checkpoint.recipe if isinstance(checkpoint.recipe, Mapping) else {}
+    seed, searched = recipe.get("seed"), recipe.get("searched")
     steps = checkpoint.metrics.get("steps")
     calibration = checkpoint.calibration
     return {
         "model": checkpoint.config.model,
         "preset": checkpoint.config.preset,
         "seed": seed if isinstance(seed, int) else None,
+        "searched": searched if isinstance(searched, int) and searched > 0 else None,
         "recipe": summarise_recipe(_recipe(checkpoint)),
         "ranks": None if checkpoint.config.lineage is None else checkpoint.config.lineage.ranks,
         "steps": steps if isinstance(steps, int) and steps >= 0 else None,

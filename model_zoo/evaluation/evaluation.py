@@ -16,6 +16,7 @@ from graspe_data.documents import Sha256, canonical_json, parse_document
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from model_zoo.augmentation import CONDITIONS
+from model_zoo.evaluation.blind_references import References
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
 from model_zoo.evaluation.latency import LARGEST_COUNT, Latency
 
@@ -24,8 +25,12 @@ _SHORT = 8
 Value = bool | int | float | str | None
 
 
+_OF_NO_WEIGHT = ("seed", "searched")
+"""What does not make another recipe."""
+
+
 class RecipeSummary(Settings):
-    """A recipe without its seed.
+    """A recipe without its seed, and without how it was found.
 
     Attributes:
         digest: SHA-256 of all its values.
@@ -45,7 +50,7 @@ def summarise_recipe(recipe: Any) -> RecipeSummary | None:
     """The summary of a checkpoint's recipe; None where that is no mapping of plain values."""
     if not isinstance(recipe, Mapping):
         return None
-    content = {str(name): value for name, value in recipe.items() if name != "seed"}
+    content = {str(name): value for name, value in recipe.items() if name not in _OF_NO_WEIGHT}
     try:
         values = {name: _value(value) for name, value in content.items()}
         return RecipeSummary(digest=digest_of(content), values=values)
@@ -77,6 +82,7 @@ class Evaluation(Settings):
         seed: Of the training, where the recipe has one.
         recipe: The rest of it; None where it is not known.
         steps: That the training did; None where it is not known.
+        searched: Trainings that chose its settings on validation; None where it is not said.
         ranks: Processes that shared a step; None where it is not known.
         parameters: Numbers in the model.
         settings: Digest of the model's settings; None where they are not known.
@@ -88,16 +94,18 @@ class Evaluation(Settings):
         resamples: Of recordings, for the intervals.
         resample_seed: Seed of the resamples and of the degradations.
         every: Of the judged rows of a recording, every so many were taken.
+        references: What is known without a sensor; no evaluation is without them.
         cells: Every scenario and all together, under every condition.
         latency: Of one prediction.
     """
 
-    format: Literal["graspe-evaluation-1"] = "graspe-evaluation-1"
+    format: Literal["graspe-evaluation-2"] = "graspe-evaluation-2"
     model: str
     preset: str
     seed: int | None
     recipe: RecipeSummary | None = None
     steps: Annotated[int, Field(ge=0)] | None = None
+    searched: Annotated[int, Field(ge=1)] | None = None
     ranks: Annotated[int, Field(ge=1)] | None = None
     parameters: Annotated[int, Field(ge=0, le=LARGEST_COUNT)]
     settings: Sha256 | None = None
@@ -109,6 +117,7 @@ class Evaluation(Settings):
     resamples: Count
     resample_seed: int
     every: Count = 1
+    references: References
     cells: tuple[Cell, ...]
     latency: Latency
 
@@ -122,13 +131,16 @@ class Evaluation(Settings):
                 f"{ALL_SCENARIOS!r}, under every condition"
             )
         for cell in self.cells:
-            drawn = len(cell.au_roc_resamples)
-            if drawn not in (0, self.resamples):
-                raise ValueError(
-                    f"au_roc_resamples of {cell.scenario!r} under {cell.condition!r}: found "
-                    f"{drawn}, expected {self.resamples} or none"
-                )
+            for name, part in cell.parts.items():
+                self._check_resamples(name, len(part.resamples), cell)
         return self
+
+    def _check_resamples(self, name: str, drawn: int, cell: Cell) -> None:
+        if drawn not in (0, self.resamples):
+            raise ValueError(
+                f"resamples of {name} of {cell.scenario!r} under {cell.condition!r}: found "
+                f"{drawn}, expected {self.resamples} or none"
+            )
 
     def cell(self, scenario: str = ALL_SCENARIOS, condition: str = "clean") -> Cell | None:
         """The cell of a scenario and a condition; None where there is none."""

@@ -19,8 +19,12 @@ from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.checkpoints.lineage import check_observed_alike
 from model_zoo.contents import check_values
+from model_zoo.contract import DRIVEN
 from model_zoo.evaluation.cell import ALL_SCENARIOS
+from model_zoo.evaluation.parts import part_mask
+from model_zoo.evaluation.scenes import CANDIDATE_IMAGE, Candidates, read_candidates
 from model_zoo.labels import UNJUDGED, check_binary
+from model_zoo.row_states import read_row_states, step_seconds
 
 _LABELS = ("success", "success_mask", "recording")
 _UNGROUPED = "ungrouped"
@@ -31,6 +35,7 @@ class JudgedSplit:
     """Rows that have a judged step; the others change no score.
 
     Attributes:
+        name: The split's.
         dataset: The split, with the columns that the model and the conditions read; what they
             hold is checked when a shard is first touched.
         rows: Indices of the rows, (N,).
@@ -38,14 +43,25 @@ class JudgedSplit:
         mask: (N, T), true where judged.
         recording: (N,), index of each row's recording.
         scenarios: The scenario of each recording of the dataset.
+        state: uint8 (N,), at the anchor; see :class:`AnchorState`.
+        step_s: Length of a step, seconds.
+        candidates: The other trajectories of the rows, where a simulated dataset has them.
     """
 
+    name: str
     dataset: Dataset
     rows: Indices
     success: Mask
     mask: Mask
     recording: Indices
     scenarios: tuple[str, ...]
+    state: NDArray[np.uint8]
+    step_s: float
+    candidates: Candidates | None
+
+    def part(self, part: str) -> Mask:
+        """The judged steps of a part, bool (N, T)."""
+        return part_mask(part, self.success, self.mask, self.state, self.step_s)
 
 
 def open_judged_split(
@@ -74,18 +90,24 @@ def open_judged_split(
     columns = labels.batch(np.arange(len(labels)))
     _check_recordings(columns["recording"], index, split, path)
     rows = _judged_rows(columns, f"{path}: split {split!r}")
+    success, mask = columns["success"].astype(bool), columns["success_mask"].astype(bool)
+    state = read_row_states(path, split, success, mask)
     if every > 1:
         stamps = Dataset(path, split, ("stamp_ns",), check="sha256").batch(rows)["stamp_ns"]
         rows = _thinned(rows, columns["recording"][rows], stamps, every)
     names = _columns(checkpoint, index, conditions, path)
     check_values(Dataset(path, split, checkpoint.model.columns))
     return JudgedSplit(
+        name=split,
         dataset=Dataset(path, split, names, check="sha256"),
         rows=rows,
-        success=columns["success"].astype(bool)[rows],
-        mask=columns["success_mask"].astype(bool)[rows],
+        success=success[rows],
+        mask=mask[rows],
         recording=columns["recording"].astype(np.int64)[rows],
         scenarios=tuple(_scenario(entry) for entry in index.recordings),
+        state=state[rows],
+        step_s=step_seconds(index),
+        candidates=read_candidates(index, path, split, rows),
     )
 
 
@@ -175,10 +197,12 @@ def _columns(
     checkpoint: Checkpoint, index: DatasetIndex, conditions: Sequence[Condition], path: Path
 ) -> list[str]:
     """The model's, and where sensors fail what that reads; stamps name the rows."""
+    declared = {column.name for column in index.columns}
     names = checkpoint.model.columns
+    if DRIVEN in checkpoint.model.candidate_columns and CANDIDATE_IMAGE in declared:
+        names = (*names, CANDIDATE_IMAGE)
     if set(conditions) == {"clean"}:
         return list(names)
-    declared = {column.name for column in index.columns}
     if "lidar_sector_lost" in conditions:
         check_lidar_may_fail(names, declared, str(path), "leave lidar_sector_lost out (--clean)")
     return sorted({*columns_needed(names, declared), *({"stamp_ns"} & declared)})

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 from sklearn.metrics import roc_curve
 
 from graspe_data.arrays import Floats, Indices, Mask
+from graspe_data.observation.labels import AnchorState
 from model_zoo import metrics
-from model_zoo.evaluation.bootstrap import draw_weights, resampled_scores
+from model_zoo.evaluation.bootstrap import draw_weights, resampled_au_roc, resampled_scores
 from model_zoo.evaluation.cell import (
     ALL_SCENARIOS,
     ROC_POINTS,
     CalibrationCurve,
     Cell,
+    Part,
+    ReferenceCell,
     RocCurve,
     StoredScore,
 )
 from model_zoo.evaluation.judged_split import JudgedSplit
+from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING, PARTS, WITHIN_A_SCENE
+from model_zoo.evaluation.scenes import resampled_mean, scene_areas
 from model_zoo.metrics import CALIBRATION_BINS, METRICS, calibration_bin
 
 _Labelled = tuple[Floats, Mask, Mask]
@@ -28,51 +36,152 @@ FEWEST_RECORDINGS = 3
 """Fewer give no interval: their resamples hardly differ."""
 
 
+@dataclass(frozen=True)
+class Said:
+    """What a model or a reference says of the rows of a split.
+
+    Attributes:
+        log_odds: Of success, (N, T).
+        candidates: Of getting through, (N, K); None where rows have no candidates, or where it
+            reads no trajectory.
+    """
+
+    log_odds: Floats
+    candidates: Floats | None = None
+
+
 def score_cells(
-    split: JudgedSplit, log_odds: Floats, condition: str, resamples: int, seed: int
+    split: JudgedSplit,
+    said: Said,
+    condition: str,
+    resamples: int,
+    seed: int,
+    *,
+    resampled: bool = True,
 ) -> list[Cell]:
     """Score all rows together and each scenario.
 
     Args:
         split: The rows and their labels.
-        log_odds: (N, T), of success.
+        said: Of these rows.
         condition: For the cells' name.
         resamples: Of recordings.
         seed: Of the resamples: the same for every model, so that they can be compared.
+        resampled: Keep the resamples of all scores of all scenarios together.
     """
+    return [
+        _cell(place, said, condition, resampled=resampled)
+        for place in places(split, resamples, seed)
+    ]
+
+
+def score_reference(
+    split: JudgedSplit, said: Said, condition: str, resamples: int, seed: int
+) -> list[ReferenceCell]:
+    """The parts of the same cells, of a blind reference; see :func:`score_cells`."""
+    return [
+        ReferenceCell(scenario=place.name, condition=condition, parts=_parts(place, said))
+        for place in places(split, resamples, seed)
+    ]
+
+
+@dataclass(frozen=True)
+class Place:
+    """All rows, or those of one scenario.
+
+    Attributes:
+        name: Of the scenario, or ``all``.
+        split: The rows of the split.
+        rows: Which of them, bool (N,).
+        recording: (rows,), each in 0 .. R - 1.
+        weights: (S, R), how often each recording is drawn in each resample.
+    """
+
+    name: str
+    split: JudgedSplit
+    rows: Mask
+    recording: Indices
+    weights: Floats
+
+    @property
+    def enough(self) -> bool:
+        """Whether it has recordings enough for an interval."""
+        return bool(self.weights.shape[1] >= FEWEST_RECORDINGS)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """All together are looked at in every part, a scenario in the two that matter most."""
+        return PARTS if self.name == ALL_SCENARIOS else (NOT_FAILING, ALL_ROWS)
+
+
+def places(split: JudgedSplit, resamples: int, seed: int) -> Iterator[Place]:
+    """All rows together, then each scenario."""
     scenario = np.asarray(split.scenarios)[split.recording]
     chosen = {ALL_SCENARIOS: np.ones(scenario.size, bool)}
     chosen |= {name: scenario == name for name in sorted(set(scenario.tolist()))}
-    cells = []
     for name, rows in chosen.items():
-        labelled = (log_odds[rows], split.success[rows], split.mask[rows])
         recordings, recording = np.unique(split.recording[rows], return_inverse=True)
-        weights = draw_weights(recordings.size, resamples, seed)
-        cells.append(_cell(name, condition, labelled, recording, weights))
-    return cells
+        yield Place(name, split, rows, recording, draw_weights(recordings.size, resamples, seed))
 
 
-def _cell(
-    scenario: str, condition: str, labelled: _Labelled, recording: Indices, weights: Floats
-) -> Cell:
-    drawn = resampled_scores(*labelled, recording, weights)
-    enough = weights.shape[1] >= FEWEST_RECORDINGS
+def _cell(place: Place, said: Said, condition: str, *, resampled: bool) -> Cell:
+    split, rows = place.split, place.rows
+    mask = split.part(NOT_FAILING)[rows]
+    labelled = (said.log_odds[rows], split.success[rows], mask)
+    drawn = resampled_scores(*labelled, place.recording, place.weights)
+    if not place.enough:
+        drawn = {name: values[:0] for name, values in drawn.items()}
     z, y = metrics.judged_steps(*labelled)
+    parts = _parts(place, said)
+    kept = resampled and place.name == ALL_SCENARIOS and place.enough
     return Cell(
-        scenario=scenario,
+        scenario=place.name,
         condition=condition,
-        recordings=weights.shape[1],
-        rows=recording.size,
+        recordings=place.weights.shape[1],
+        rows=int(np.count_nonzero(mask.any(axis=1))),
         judged=z.size,
         success_share=float(y.mean()) if y.size else None,
-        scores={
-            name: _score(score(*labelled), drawn[name] if enough else drawn[name][:0])
-            for name, score in METRICS.items()
-        },
-        au_roc_resamples=_listed(drawn["au_roc"]) if enough else (),
+        scores={name: _score(score(*labelled), drawn[name]) for name, score in METRICS.items()}
+        | {"au_roc": parts[NOT_FAILING].au_roc},
+        resamples={n: _listed(drawn[n]) for n in METRICS if n != "au_roc"} if kept else {},
+        parts=parts,
         roc=roc(z, y),
         calibration=calibration_curve(metrics.probability(z), y),
     )
+
+
+def _parts(place: Place, said: Said) -> dict[str, Part]:
+    found = {part: _part(place, said, part) for part in place.parts}
+    scene = _scene(place, said)
+    return found if scene is None else found | {WITHIN_A_SCENE: scene}
+
+
+def _part(place: Place, said: Said, part: str) -> Part:
+    mask = place.split.part(part)[place.rows]
+    labelled: _Labelled = (said.log_odds[place.rows], place.split.success[place.rows], mask)
+    drawn = resampled_au_roc(*labelled, place.recording, place.weights)
+    rows = int(np.count_nonzero(mask.any(axis=1)))
+    return _made(place, rows, int(mask.sum()), metrics.au_roc(*labelled), drawn)
+
+
+def _scene(place: Place, said: Said) -> Part | None:
+    """The candidates of the rows that are not failing; None where there are none."""
+    candidates = place.split.candidates
+    if candidates is None or said.candidates is None:
+        return None
+    sound = place.split.state != AnchorState.FAILING
+    areas = scene_areas(said.candidates, candidates)
+    areas = np.where(sound, areas, np.nan)[place.rows]
+    drawn = resampled_mean(areas, place.recording, place.weights)
+    known = np.isfinite(areas)
+    value = float(areas[known].mean()) if known.any() else None
+    judged = int(candidates.mask[place.rows][known].sum())
+    return _made(place, int(known.sum()), judged, value, drawn)
+
+
+def _made(place: Place, rows: int, judged: int, value: float | None, drawn: Floats) -> Part:
+    kept = drawn if place.enough and value is not None else drawn[:0]
+    return Part(rows=rows, judged=judged, au_roc=_score(value, kept), resamples=_listed(kept))
 
 
 def _score(value: float | None, drawn: Floats) -> StoredScore:

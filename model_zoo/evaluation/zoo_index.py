@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal
 
 import yaml
 from pydantic import Field
 
 from graspe_data.manifest import Settings, load_manifest, shipped_manifests
+from model_zoo.evaluation.cell import Cell, ReferenceCell
 from model_zoo.evaluation.contestants import all_and_each
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.parts import NOT_FAILING
 
 INDEX_NAME = "zoo.yaml"
 
@@ -33,12 +35,14 @@ class IndexEntry(Settings):
         preset: Its preset.
         seed: Of the training.
         recipe: Digest of its recipe without the seed; None where it is not known.
+        searched: Trainings that chose its settings; None where it is not said.
         steps: That it did; None where it is not known.
         parameters: Numbers in the model.
         checkpoint: Digest of the checkpoint.
         trained_on: Digest of the dataset.
         latency_ms: Median of one prediction where it was evaluated.
-        au_roc: Pooled, with clean sensors, of every scenario and of all together.
+        au_roc: Pooled over the rows that the index names, with clean sensors, of every scenario and
+            of all together.
         au_roc_by_condition: Pooled over all scenarios, under each condition of the sensors.
     """
 
@@ -46,6 +50,7 @@ class IndexEntry(Settings):
     preset: str
     seed: int | None
     recipe: str | None = None
+    searched: int | None = None
     steps: int | None = None
     parameters: int
     checkpoint: str
@@ -62,12 +67,16 @@ class ZooIndex(Settings):
         evaluated_on: Digest of the dataset.
         split: Its rows.
         every: Of the judged rows of a recording, every so many were taken.
+        rows: Which of them the scores are of; ``all_rows`` in an index of older evaluations.
+        references: AU-ROC of each blind reference, of every scenario and of all together.
         trainings: One entry each.
     """
 
     evaluated_on: str
     split: str
     every: int
+    rows: Literal["all_rows", "not_failing"] = "all_rows"
+    references: Mapping[str, Mapping[str, AuRoc]] = {}
     trainings: tuple[IndexEntry, ...]
 
     def mean_au_roc(self, model: str, preset: str) -> float | None:
@@ -88,6 +97,11 @@ def index_of(evaluations: Sequence[Evaluation]) -> ZooIndex:
         evaluated_on=first.dataset,
         split=first.split,
         every=first.every,
+        rows="not_failing",
+        references={
+            reference.name: {name: _area(reference.cell(name)) for name in all_and_each(first)}
+            for reference in first.references.scores
+        },
         trainings=tuple(_entry(evaluation) for evaluation in evaluations),
     )
 
@@ -112,6 +126,7 @@ def _entry(evaluation: Evaluation) -> IndexEntry:
         preset=evaluation.preset,
         seed=evaluation.seed,
         recipe=None if evaluation.recipe is None else evaluation.recipe.digest,
+        searched=evaluation.searched,
         steps=evaluation.steps,
         parameters=evaluation.parameters,
         checkpoint=evaluation.checkpoint,
@@ -125,6 +140,9 @@ def _entry(evaluation: Evaluation) -> IndexEntry:
 
 
 def _au_roc(evaluation: Evaluation, scenario: str, condition: str = "clean") -> float | None:
-    cell = evaluation.cell(scenario, condition)
-    value = None if cell is None else cell.scores["au_roc"].value
+    return _area(evaluation.cell(scenario, condition))
+
+
+def _area(cell: Cell | ReferenceCell | None) -> float | None:
+    value = None if cell is None else cell.parts[NOT_FAILING].au_roc.value
     return None if value is None else round(value, 4)

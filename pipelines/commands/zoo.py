@@ -17,7 +17,6 @@ from pipelines.commands.overrides import read_overrides
 from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
-    from model_zoo.evaluation.evaluation import Evaluation
     from model_zoo.evaluation.zoo_index import ZooIndex
     from model_zoo.training.machine import Machine
     from pipelines.training_progress import ConsoleTrainingProgress
@@ -131,10 +130,20 @@ def evaluate_command(
     split: Split = "test",
     clean: Clean = False,
     every: Every = 1,
+    references: Annotated[
+        Path | None,
+        typer.Option(
+            help="A dataset whose training rows teach the blind references, if --data has none."
+        ),
+    ] = None,
     device: Device = "auto",
     threads: Threads = None,
 ) -> None:
-    """Score a checkpoint by scenario and by condition of the sensors."""
+    """Score a checkpoint on rows not failing yet, beside references that have no camera or cloud.
+
+    Prints each AU-ROC and the lead over the best blind reference; the file has them by scenario, by
+    condition of the sensors, by state at the anchor and by time to failure.
+    """
     with needing_torch():
         import torch  # noqa: PLC0415
 
@@ -145,6 +154,7 @@ def evaluate_command(
             check_writable,
             evaluation_name,
         )
+        from model_zoo.evaluation.summary import render_summary  # noqa: PLC0415
     conditions = CONDITIONS[:1] if clean else CONDITIONS
     file = out or checkpoint.parent / evaluation_name(split, conditions, every)
     check_writable(file)
@@ -152,9 +162,18 @@ def evaluate_command(
         torch.set_num_threads(threads)
     with ConsoleProgress(Console(stderr=True)) as told:
         loaded = load_checkpoint(checkpoint)
-        made = evaluate(loaded, data, split, conditions, device=device, every=every, progress=told)
+        made = evaluate(
+            loaded,
+            data,
+            split,
+            conditions,
+            device=device,
+            every=every,
+            progress=told,
+            references=references,
+        )
     made.write(file)
-    typer.echo(f"{file}: {_verdict(made)}")
+    typer.echo(f"{render_summary(made)}\n\n{file}")
 
 
 @app.command("compare")
@@ -162,7 +181,10 @@ def compare_command(
     evaluations: Annotated[list[Path], typer.Argument(help="Files of `graspe zoo evaluate`.")],
     out: Annotated[Path, typer.Option(help="Folder of table, CSV and plots.")] = Path("comparison"),
 ) -> None:
-    """Put evaluations side by side, as a table, a CSV and plots; the first is the reference."""
+    """Put evaluations side by side, blind references first, as a table, a CSV and plots.
+
+    Differences are to the first evaluation, and to the best blind reference.
+    """
     with needing_torch():
         from model_zoo.evaluation.compare import compare  # noqa: PLC0415
         from model_zoo.evaluation.evaluation import read_evaluation  # noqa: PLC0415
@@ -215,15 +237,6 @@ class ConsoleZooProgress:
     def evaluation(self) -> AbstractContextManager[ConsoleProgress]:
         """A bar of batches."""
         return ConsoleProgress(Console(stderr=True))
-
-
-def _verdict(evaluation: Evaluation) -> str:
-    """The AU-ROC of all scenarios, or why there is none."""
-    whole = evaluation.cell(condition=evaluation.conditions[0])
-    score = whole.scores["au_roc"].value if whole else None
-    if score is not None:
-        return f"AU-ROC {score:.3f}"
-    return f"AU-ROC undefined: {whole.only_class if whole else 'nothing judged'}"
 
 
 def _training() -> ConsoleTrainingProgress:

@@ -15,7 +15,7 @@ from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, wr
 from graspe_data.shards.shard_writer import write_shard
 from model_zoo.contract import Features, Observation, SuccessModel
 
-HORIZON = 3
+HORIZON, BEAMS = 3, 40
 _COMMON = {"unit": "", "frame": "", "meaning": "", "stage": "test"}
 INPUTS = (
     Column(name="velocity_history", dtype="float32", shape=(4, 2), **_COMMON),
@@ -28,7 +28,10 @@ COLUMNS = (
     Column(name="success_mask", dtype="bool", shape=(HORIZON,), **_COMMON),
     Column(name="recording", dtype="int32", shape=(), **_COMMON),
     Column(name="stamp_ns", dtype="int64", shape=(), **_COMMON),
+    Column(name="state", dtype="uint8", shape=(), **_COMMON),
 )
+BEFORE = ("train", "train", "validation", "validation", "validation")
+"""Splits of the recordings that come after those of ``test``."""
 
 
 class TinyModel(SuccessModel):
@@ -62,24 +65,42 @@ def write_tiny_dataset(
     judged: float = 0.9,
     **replaced: object,
 ) -> Path:
-    """A split ``test`` with one recording of so many rows for each group; labels follow r_img."""
+    """A split ``test`` with one recording of so many rows for each group; labels follow r_img.
+
+    Every fourth row whose first step fails is failing at its anchor. Behind ``test`` stand some
+    recordings to teach and choose the blind references on.
+    """
     random = np.random.default_rng(0)
-    count = rows * len(groups)
+    tested = _rows(random, rows * len(groups), judged)
+    for name, value in replaced.items():
+        tested[name] = np.full_like(tested[name], value)
+    splits = {"test": tested}
+    splits |= {
+        split: _rows(random, rows * BEFORE.count(split), 0.9) for split in ("train", "validation")
+    }
+    _commit(folder, groups, rows, columns, splits, replaced)
+    return folder
+
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+def _rows(random: np.random.Generator, count: int, judged: float) -> Arrays:
     r_img = random.random(count, dtype=np.float32)
     chance = np.sort(random.random((count, HORIZON)), axis=1)
-    arrays: dict[str, NDArray[np.generic]] = {
+    success = (chance < r_img[:, None]).astype(np.uint8)
+    failing = (success[:, 0] == 0) & (np.arange(count) % 4 == 0)
+    return {
         "velocity_history": random.normal(size=(count, 4, 2)).astype(np.float32),
         "r_img": r_img,
         "image": random.integers(0, 256, (count, 6, 8, 3), dtype=np.uint8),
-        "success": (chance < r_img[:, None]).astype(np.uint8),
+        "laser_scan": random.uniform(1, 9, (count, BEAMS)).astype(np.float32),
+        "success": success,
         "success_mask": random.random((count, HORIZON)) < judged,
-        "recording": np.repeat(np.arange(len(groups), dtype=np.int32), rows),
+        "recording": np.zeros(count, np.int32),
         "stamp_ns": np.arange(count)[::-1].astype(np.int64),
+        "state": np.where(failing, 0, 3).astype(np.uint8),
     }
-    for name, value in replaced.items():
-        arrays[name] = np.full_like(arrays[name], value)
-    _commit(folder, groups, rows, columns, {c.name: arrays[c.name] for c in columns})
-    return folder
 
 
 def _commit(
@@ -87,18 +108,27 @@ def _commit(
     groups: Sequence[str],
     rows: int,
     columns: Sequence[Column],
-    arrays: dict[str, NDArray[np.generic]],
+    splits: dict[str, Arrays],
+    replaced: dict[str, object],
 ) -> None:
-    shard = write_shard(folder, "test/0.npz", columns, arrays)
-    recordings = [
-        RecordingEntry(name=f"{k}.bag", digest=f"{k:064x}", group=group, split="test", rows=rows)
-        for k, group in enumerate(groups)
+    entries = [
+        RecordingEntry(name=f"{k}.bag", digest=f"{k:064x}", group=group, split=split, rows=rows)
+        for k, (group, split) in enumerate(
+            [*((group, "test") for group in groups), *(("", split) for split in BEFORE)]
+        )
     ]
+    shards = {}
+    for split, arrays in splits.items():
+        places = [k for k, entry in enumerate(entries) if entry.split == split]
+        if split != "test" or "recording" not in replaced:
+            arrays["recording"] = np.repeat(np.array(places, np.int32), rows)
+        kept = {column.name: arrays[column.name] for column in columns}
+        shards[split] = [write_shard(folder, f"{split}/0.npz", columns, kept)]
     index = DatasetIndex(
         name="tiny",
         columns=tuple(columns),
         group_key="place",
-        splits={"test": [shard]},
-        recordings=recordings,
+        splits=shards,
+        recordings=entries,
     )
     write_index(folder, index)

@@ -49,7 +49,7 @@ def test_tables_csv_and_plots_are_written(make: Make, tmp_path: Path) -> None:
         "| lake | 2 | ",
         "60 rows of 5 recordings, every judged row.",
         "intervals over recordings, not over trainings",
-        "| tiny | small | 1 | 0 | 7 | ",
+        "| tiny | small | 1 | not said | 0 | 7 | ",
         "## AU-ROC lost to each condition",
         "![roc.png](roc.png)",
     ):
@@ -72,11 +72,22 @@ def test_the_csv_has_a_line_for_each_number(make: Make, tmp_path: Path) -> None:
     table = compare([one], tmp_path / "out")
     with table.with_name("comparison.csv").open() as file:
         lines = list(csv.DictReader(file))
-    assert len(lines) == 3 * 2 * 6 + 5
+    places, parts = 3 * 2, 2 * (9 + 2 + 2)
+    # Five parts of all rows have no AU-ROC here: nothing stands or backs, what fails fails at once.
+    leads = parts - 2 * 5
+    # Six scores and, of other rows than those not failing yet, AU-ROC; the leads; the costs.
+    own = [line for line in lines if line["model"] == "tiny"]
+    assert len([line for line in own if line["metric"] == "lead"]) == leads
+    assert len(own) == places * 6 + (parts - places) + leads + 5
+    blind = [line for line in lines if line["model"].startswith("blind: ")]
+    assert lines[: len(blind)] == blind
+    assert len(lines) == len(blind) + len(own)
+    assert len(blind) == 4 * parts
     area = next(
         line
         for line in lines
-        if (line["scenario"], line["condition"], line["metric"]) == ("hill", "dark", "au_roc")
+        if (line["model"], line["scenario"], line["condition"], line["metric"], line["rows"])
+        == ("tiny", "hill", "dark", "au_roc", "not_failing")
     )
     cell = one.cell("hill", "dark")
     assert cell is not None
@@ -101,7 +112,7 @@ def test_trainings_with_other_seeds_are_averaged(make: Make, tmp_path: Path) -> 
     text = compare(runs, tmp_path / "out").read_text()
     assert "means over the trainings" in text
     assert "less that of" not in text
-    assert "| tiny | small | 3 | 0, 1, 2 | 7, 7, 7 | " in text
+    assert "| tiny | small | 3 | not said | 0, 1, 2 | 7, 7, 7 | " in text
 
 
 def test_differences_are_of_the_same_resamples(make: Make) -> None:
@@ -178,7 +189,7 @@ def test_trainings_of_one_seed_are_no_repetitions(make: Make) -> None:
 def test_other_rows_are_refused(make: Make) -> None:
     one, other = make(0), make(1)
     fewer = [cell.model_copy(update={"rows": cell.rows - 1}) for cell in other.cells]
-    with pytest.raises(ZooError, match=r"differ in the rows of 'all' under 'clean': .*rows 59"):
+    with pytest.raises(ZooError, match=r"differ in the rows of 'all' under 'clean': .*rows 54"):
         contestants([one, other.model_copy(update={"cells": tuple(fewer)})])
 
 

@@ -46,7 +46,8 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
     for scenario, chosen in (("all", slice(96)), ("hill", slice(36)), ("lake", slice(36, 72))):
         cell = found.cell(scenario)
         assert cell is not None
-        labelled = (z[chosen], rows["success"][chosen], rows["success_mask"][chosen])
+        judged = rows["success_mask"] & (rows["state"] != 0)[:, None]
+        labelled = (z[chosen], rows["success"][chosen], judged[chosen])
         assert cell.scores["au_roc"].value == pytest.approx(metrics.au_roc(*labelled))
         assert cell.scores["brier"].value == pytest.approx(metrics.brier(*labelled))
         assert cell.judged == labelled[2].sum()
@@ -54,7 +55,7 @@ def test_scores_are_those_of_the_predictions_scenario_by_scenario(
         assert low is not None
         assert high is not None
         assert low < high
-        assert len(cell.au_roc_resamples) == 50
+        assert len(cell.parts["not_failing"].resamples) == 50
 
 
 def test_a_temperature_that_saturates_float32_changes_no_rank(
@@ -111,7 +112,7 @@ def test_two_recordings_give_no_interval(write_tiny: Write, dataset: Path) -> No
     assert cell.recordings == 2
     assert cell.scores["au_roc"].value is not None
     assert cell.scores["au_roc"].low is None
-    assert cell.au_roc_resamples == ()
+    assert cell.parts["not_failing"].resamples == ()
 
 
 def test_an_evaluation_names_what_it_is_of_and_is_read_back(
@@ -250,7 +251,9 @@ def test_an_au_roc_that_is_not_that_of_its_curve_is_refused(
     found.write(file)
     assert read_evaluation(file) == found
     content = json.loads(file.read_text())
-    content["cells"][0]["scores"]["au_roc"]["value"] = 0.999
+    cell = content["cells"][0]
+    for score in (cell["scores"]["au_roc"], cell["parts"]["not_failing"]["au_roc"]):
+        score["value"] = 0.999
     file.write_text(json.dumps(content))
     with pytest.raises(ZooError, match=r"au_roc is 0\.999, the area under its curve is 0\."):
         read_evaluation(file)
@@ -258,7 +261,7 @@ def test_an_au_roc_that_is_not_that_of_its_curve_is_refused(
 
 def test_a_row_of_no_recording_is_refused(write_tiny: Write, tmp_path: Path) -> None:
     folder = write_tiny_dataset(tmp_path / "lost", ("hill", "lake"), recording=9)
-    with pytest.raises(ZooError, match="column recording: found 9, expected 0 to 1"):
+    with pytest.raises(ZooError, match="column recording: found 9, expected 0 to 6"):
         evaluated(write_tiny(), folder)
 
 

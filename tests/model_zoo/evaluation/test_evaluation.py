@@ -36,7 +36,11 @@ def content(write_tiny: Callable[..., Path], tmp_path: Path) -> Content:
         (lambda c: c["scores"]["au_roc"].update(low=0.9, high=0.1), "low 0.9 is above high 0.1"),
         (lambda c: c["scores"]["au_roc"].update(low=None), "expected both or none"),
         (lambda c: c["scores"].pop("au_roc"), "expected au_roc among them"),
-        (lambda c: c["au_roc_resamples"].pop(), "'all' under 'clean': found 8, expected 9 or none"),
+        (
+            lambda c: c["parts"]["all_rows"]["resamples"].pop(),
+            "all_rows of 'all' under 'clean': found 8, expected 9 or none",
+        ),
+        (lambda c: c["parts"].pop("all_rows"), "parts: expected all_rows among them"),
         (lambda c: c["roc"]["true_positive"].pop(), "at least 201 items"),
         (lambda c: c["calibration"]["judged"].pop(), "expected as many in each"),
         (lambda c: c.update(judged=1), "judged steps, the cell 1"),

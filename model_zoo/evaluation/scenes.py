@@ -1,0 +1,90 @@
+"""AU-ROC within a scene: does the score tell which trajectory of the same row gets through?
+
+AU-ROC over rows can be high for a model that only tells hard scenes from easy ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from graspe_data.arrays import Floats, Indices, Mask
+from graspe_data.shards import Dataset
+from graspe_data.shards.dataset_manifest import DatasetIndex
+from model_zoo.labels import check_binary
+
+CANDIDATE_IMAGE, CANDIDATE_VELOCITY = "candidate_image", "candidate_velocity"
+_TRUTH = ("candidate_success", "candidate_mask")
+_NEEDED = {CANDIDATE_IMAGE, CANDIDATE_VELOCITY, *_TRUTH}
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """The other trajectories of rows, whose outcome a simulated world knows.
+
+    Attributes:
+        velocity: float64 (N, K, 2), m/s and rad/s, held.
+        through: bool (N, K), whether it succeeds to its end.
+        mask: bool (N, K), whether the world was asked about it.
+    """
+
+    velocity: Floats
+    through: Mask
+    mask: Mask
+
+
+def read_candidates(
+    index: DatasetIndex, folder: Path, split: str, rows: Indices
+) -> Candidates | None:
+    """The candidates of rows; None where the dataset has none.
+
+    Raises:
+        ShardError: A column is damaged.
+        ZooError: A label is neither 0 nor 1.
+    """
+    if not {column.name for column in index.columns} >= _NEEDED:
+        return None
+    columns = (CANDIDATE_VELOCITY, *_TRUTH)
+    batch = Dataset(folder, split, columns, check="sha256").batch(rows)
+    mask = batch["candidate_mask"].astype(bool)
+    success = batch["candidate_success"]
+    check_binary(success, mask[..., None], f"{folder}: split {split!r}: candidate_success")
+    through = np.asarray(success.astype(bool).all(axis=2))
+    return Candidates(batch[CANDIDATE_VELOCITY].astype(np.float64), through, mask)
+
+
+def scene_areas(log_odds: Floats, candidates: Candidates) -> Floats:
+    """The AU-ROC among the candidates of each row, (N,); NaN where all end alike.
+
+    Args:
+        log_odds: (N, K), of getting through.
+        candidates: What becomes of them.
+    """
+    areas = np.full(len(log_odds), np.nan)
+    for row, (z, y, mask) in enumerate(
+        zip(log_odds, candidates.through, candidates.mask, strict=True)
+    ):
+        good, bad = z[mask & y], z[mask & ~y]
+        if good.size and bad.size:
+            above = good[:, None] > bad[None]
+            areas[row] = np.mean(above + 0.5 * (good[:, None] == bad[None]))
+    return areas
+
+
+def resampled_mean(areas: Floats, recording: Indices, weights: Floats) -> Floats:
+    """The mean over scenes in every resample of recordings, (S,); NaN for none.
+
+    Args:
+        areas: (N,), NaN where there is none.
+        recording: (N,), each in 0 .. R - 1.
+        weights: (S, R).
+    """
+    known = np.isfinite(areas)
+    count = weights.shape[1]
+    total = weights @ np.bincount(recording[known], areas[known], count)
+    scenes = weights @ np.bincount(recording[known], minlength=count)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found: Floats = total / scenes
+    return found
