@@ -49,7 +49,8 @@ class LiveSensors:
         late = round(PICTURE_DELAY_S / STEP_S)
         step = (way.steps - late) // self._picture_every * self._picture_every
         if self._picture is None or self._picture[0] != step:
-            self._picture = (step, self._take_picture(_since(way, step), step))
+            seen = self._seen(step)
+            self._picture = (step, self._take_picture(_since(way, seen), seen, step))
         return self._picture[1]
 
     def cloud(self, way: DriveInProgress) -> PointCloud:
@@ -60,7 +61,14 @@ class LiveSensors:
             self._cloud = (step, self._turn(_since(way, step), step))
         return self._cloud[1]
 
-    def _take_picture(self, drive: Drive, step: int) -> Picture:
+    def _seen(self, step: int) -> int:
+        """The step that the picture of a step shows: an earlier one while the camera is frozen."""
+        since = self._field.covers.frozen_since(step * STEP_S)
+        if since is None:
+            return step
+        return round(since / STEP_S) // self._picture_every * self._picture_every
+
+    def _take_picture(self, drive: Drive, step: int, sent: int) -> Picture:
         field, time_s = self._field, step * STEP_S
         pose = drive.base_pose(time_s)
         row = int(np.clip(step - round(drive.time_s[0] / STEP_S), 0, len(drive.time_s) - 1))
@@ -72,7 +80,7 @@ class LiveSensors:
             field.covers.on_lens(time_s),
         )
         jpeg = encode_jpeg(rgb, field.scenario.camera.jpeg_quality)
-        message = self._messages.picture(stamp_of(step), jpeg)
+        message = self._messages.picture(stamp_of(sent), jpeg)
         return decode_image(message, IMAGE_TYPE, field.robot.topics.image)
 
     def _turn(self, drive: Drive, step: int) -> PointCloud:

@@ -48,6 +48,7 @@ class MessageStream:
         """Prepare the generators of the sensors' noise."""
         self._simulated, self._driven = simulated, simulated.driven
         self._messages = Messages(simulated.robot)
+        self._jpeg = b""
         self._velocity = np.gradient(self._driven.position, STEP_S, axis=0)
         self._noise = {
             part: part_generator(simulated.scenario, simulated.seed, part)
@@ -129,13 +130,15 @@ class MessageStream:
 
     def _picture(self, step: int, stamp_ns: int) -> Any:
         simulated, time_s = self._simulated, float(self._driven.time_s[step])
+        if self._jpeg and simulated.covers.frozen_since(time_s) is not None:
+            return self._messages.picture(stamp_ns, self._jpeg)
         pose = self._driven.base_pose(time_s)
         twist = pose.rotation.T @ self._velocity[step], self._driven.gyro[step]
         rgb = simulated.camera.picture(
             pose, twist, self._noise["camera"], simulated.covers.on_lens(time_s)
         )
-        jpeg = encode_jpeg(rgb, simulated.scenario.camera.jpeg_quality)
-        return self._messages.picture(stamp_ns, jpeg)
+        self._jpeg = encode_jpeg(rgb, simulated.scenario.camera.jpeg_quality)
+        return self._messages.picture(stamp_ns, self._jpeg)
 
     def _cloud(self, step: int, stamp_ns: int) -> Any:
         simulated, time_s = self._simulated, float(self._driven.time_s[step])

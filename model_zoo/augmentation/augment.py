@@ -14,6 +14,7 @@ from model_zoo.augmentation.draw import (
     draw_lidar_failure,
     draw_picture_failure,
     late_history,
+    mislead,
 )
 from model_zoo.augmentation.failing_rows import (
     OF_IMAGE,
@@ -116,4 +117,5 @@ def check_lidar_may_fail(
 def _draw(settings: AugmentationSettings, key: tuple[int, int, int]) -> RowFailure:
     generator = np.random.default_rng([*key, 1])
     picture = draw_picture_failure(settings, generator)
-    return RowFailure(key, picture, draw_lidar_failure(settings, generator))
+    lidar = draw_lidar_failure(settings, generator)
+    return RowFailure(key, *mislead(picture, lidar, settings, generator))

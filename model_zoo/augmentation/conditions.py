@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,16 +16,75 @@ from model_zoo.augmentation.picture_failure import PictureFailure
 from model_zoo.augmentation.reliability import give_reliabilities
 from model_zoo.augmentation.settings import AugmentationSettings
 
-Condition = Literal["clean", "dark", "blurred", "covered", "lidar_sector_lost"]
-CONDITIONS: tuple[Condition, ...] = get_args(Condition)
+Condition = Literal[
+    "clean",
+    "dark",
+    "blurred",
+    "covered",
+    "lidar_sector_lost",
+    "half_covered",
+    "droplets",
+    "glare",
+    "thinned",
+    "dust",
+    "near_leaves",
+]
+CONDITIONS: tuple[Condition, ...] = (
+    "clean",
+    "dark",
+    "blurred",
+    "covered",
+    "lidar_sector_lost",
+)
+"""Those that models are evaluated under, where nothing else is asked."""
+KNOWN_CONDITIONS: tuple[Condition, ...] = get_args(Condition)
+FAILING_SENSOR: Mapping[Condition, Literal["camera", "lidar"]] = {
+    "dark": "camera",
+    "blurred": "camera",
+    "covered": "camera",
+    "half_covered": "camera",
+    "droplets": "camera",
+    "glare": "camera",
+    "lidar_sector_lost": "lidar",
+    "thinned": "lidar",
+    "dust": "lidar",
+    "near_leaves": "lidar",
+}
 
-_DARK_LIGHT = 0.004
-"""As dark as pictures at some lux with the exposure at its limit: r_bright about 0.07."""
+_STRENGTHS: Mapping[Condition, PictureFailure | LidarFailure] = {
+    # As dark as pictures at some lux with the exposure at its limit: r_bright about 0.07.
+    "dark": PictureFailure(light=0.004),
+    "covered": PictureFailure(covered=0.9),
+    "half_covered": PictureFailure(covered=0.5),
+    "droplets": PictureFailure(droplets=0.6),
+    "glare": PictureFailure(glare=1.0),
+    "thinned": LidarFailure(thinned=0.7),
+    "dust": LidarFailure(dust=1.0),
+    "near_leaves": LidarFailure(near_leaves=0.6),
+}
 _BLUR_LENGTH = 20 / 320
 """Of the picture's width."""
-_COVERED_SHARE = 0.9
 _SECTOR_WIDTH = math.pi / 2
 _WORDS = (1 << 64) - 1
+
+
+def chosen_conditions(names: Sequence[str] | None = None) -> tuple[Condition, ...]:
+    """Conditions by their names; None chooses :data:`CONDITIONS`, and ``all`` every one.
+
+    Raises:
+        ZooError: None is named, one twice, or one that is not known.
+    """
+    if names is None:
+        return CONDITIONS
+    if list(names) == ["all"]:
+        return KNOWN_CONDITIONS
+    chosen = tuple(known for name in names for known in KNOWN_CONDITIONS if known == name)
+    if not chosen or len(chosen) < len(names) or len(set(chosen)) < len(chosen):
+        raise ZooError(
+            f"conditions: found {', '.join(names) or 'none'}; give one or more, once each, of "
+            f"{', '.join(KNOWN_CONDITIONS)}."
+        )
+    return chosen
 
 
 def apply_condition(
@@ -36,28 +96,30 @@ def apply_condition(
     """Let a sensor of every row fail in the same way.
 
     ``dark`` leaves 0.4 % of the light; ``blurred`` moves the picture by a sixteenth of its width;
-    ``covered`` hides nine tenths of the lens; ``lidar_sector_lost`` loses a right angle of points
-    and scan. Direction, shape and place are drawn for each row from its ``stamp_ns``, so that they
-    do not depend on batches, or from its place in this call where that column is not there.
-    Reliabilities follow as in training, see ``augment``.
+    ``covered`` hides nine tenths of the lens, ``half_covered`` half; ``droplets`` lie on six tenths
+    of it; ``glare`` is the sun in it. ``lidar_sector_lost`` loses a right angle of points and scan,
+    ``thinned`` seven tenths of the returns here and there; ``dust`` is puffs that return beams, and
+    ``near_leaves`` hide six tenths of what is ahead. Direction, shape and place are drawn for each
+    row from its ``stamp_ns``, so that they do not depend on batches, or from its place in this call
+    where that column is not there. Reliabilities follow as in training, see ``augment``.
 
     Args:
         batch: Columns of B rows as they lie in a dataset, on the CPU; not changed.
-        condition: One of :data:`CONDITIONS`.
+        condition: One of :data:`KNOWN_CONDITIONS`.
         seed: Of the evaluation, 0 or more.
         settings: Its sensor, scan and reliabilities count here, not its probabilities.
 
     Raises:
         ZooError: No such condition.
     """
-    if condition not in CONDITIONS:
-        raise ZooError(f"no condition {condition!r}: known are {', '.join(CONDITIONS)}.")
+    if condition not in KNOWN_CONDITIONS:
+        raise ZooError(f"no condition {condition!r}: known are {', '.join(KNOWN_CONDITIONS)}.")
     settings = settings or AugmentationSettings()
     width = batch["image"].shape[2] if "image" in batch else 0
-    keys = [(seed, name, CONDITIONS.index(condition)) for name in _names(batch)]
+    keys = [(seed, name, KNOWN_CONDITIONS.index(condition)) for name in _names(batch)]
     failures = [_failure(condition, key, width, settings.laser_scan.half_angle) for key in keys]
     failed = fail_rows(batch, failures, settings)
-    key = [seed, CONDITIONS.index(condition), *keys[0]] if keys else [seed]
+    key = [seed, KNOWN_CONDITIONS.index(condition), *keys[0]] if keys else [seed]
     return give_reliabilities(failed, settings.reliability, failures, key)
 
 
@@ -73,12 +135,13 @@ def _failure(
 ) -> RowFailure:
     if condition == "clean":
         return RowFailure(key)
+    if condition in _STRENGTHS:
+        failure = _STRENGTHS[condition]
+        if isinstance(failure, PictureFailure):
+            return RowFailure(key, failure)
+        return RowFailure(key, lidar=failure)
     chance = float(np.random.default_rng([*key, 1]).random())
-    if condition == "dark":
-        return RowFailure(key, PictureFailure(light=_DARK_LIGHT))
     if condition == "blurred":
         return RowFailure(key, PictureFailure(1.0, _BLUR_LENGTH * width, chance * math.pi))
-    if condition == "covered":
-        return RowFailure(key, PictureFailure(covered=_COVERED_SHARE))
     middle = (2 * chance - 1) * max(half_angle - _SECTOR_WIDTH / 2, 0.0)
     return RowFailure(key, lidar=LidarFailure(middle, _SECTOR_WIDTH))

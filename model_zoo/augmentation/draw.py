@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -39,6 +40,26 @@ def draw_lidar_failure(
     middle, whole = generator.random(2)
     wide = 2 * math.pi if width > 0 and whole < sector.wholly else width
     return LidarFailure((2 * middle - 1) * half_angle, wide, thinned, scattered)
+
+
+def mislead(
+    picture: PictureFailure,
+    lidar: LidarFailure,
+    settings: AugmentationSettings,
+    generator: np.random.Generator,
+) -> tuple[PictureFailure, LidarFailure]:
+    """Draw what deceives camera and lidar beside what fails of them."""
+    spans = (
+        (settings.droplets.probability, settings.droplets.share),
+        (settings.glare.probability, settings.glare.strength),
+        (settings.dust.probability, settings.dust.strength),
+        (settings.near_leaves.probability, settings.near_leaves.share),
+    )
+    drops, glare, dust, leaves = (_strength(*span, 0.0, generator) for span in spans)
+    return (
+        replace(picture, droplets=drops, glare=glare),
+        replace(lidar, dust=dust, near_leaves=leaves),
+    )
 
 
 def _strength(

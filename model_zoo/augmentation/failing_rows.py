@@ -102,17 +102,19 @@ def _fail_points(
     columns: Arrays, row: int, failure: RowFailure, settings: AugmentationSettings
 ) -> None:
     count = int(columns["point_count"][row])
-    index, way = lose_points(
-        columns["points"][row, :count], failure.lidar, failure.generator(_POINTS)
-    )
+    generator = failure.generator(_POINTS)
+    left = lose_points(columns["points"][row, :count], failure.lidar, generator)
+    index = left.index
     for column in (columns[name] for name in PER_POINT if name in columns):
         column[row, : len(index)] = column[row, index]
         column[row, len(index) :] = np.nan
-    columns["points"][row, : len(index)] *= way[:, None]
+    columns["points"][row, : len(index)] *= left.way[:, None]
+    if "intensity" in columns:
+        columns["intensity"][row, : len(index)] *= left.brightness
     columns["point_count"][row] = len(index)
     if "smoothness" in columns:
         smoothness = columns["smoothness"][row]
-        smoothness[: len(index)] = scattered_smoothness(smoothness[: len(index)], way)
+        smoothness[: len(index)] = scattered_smoothness(smoothness[: len(index)], left, generator)
         _put(columns, row, rate_points(smoothness, len(index), settings.point_reliability))
 
 

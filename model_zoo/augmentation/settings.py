@@ -102,6 +102,42 @@ class ScatterSettings(Settings):
     """Of the returns that come from nearer than they should."""
 
 
+class GlareSettings(Settings):
+    """The sun in the lens."""
+
+    probability: Share = 0.0
+    """Of a row's picture."""
+    strength: Shares = (0.2, 1.0)
+    """1 leaves a bright spot in a veil."""
+
+
+class DropletSettings(Settings):
+    """Drops of water on the lens."""
+
+    probability: Share = 0.0
+    """Of a row's picture."""
+    share: Shares = (0.1, 0.7)
+    """Of the picture that they cover."""
+
+
+class DustSettings(Settings):
+    """Dust or rain before the lidar."""
+
+    probability: Share = 0.0
+    """Of a row's cloud."""
+    strength: Shares = (0.2, 1.0)
+    """How dense a puff is in its middle."""
+
+
+class NearLeavesSettings(Settings):
+    """Leaves half a metre before the lidar."""
+
+    probability: Share = 0.0
+    """Of a row's cloud."""
+    share: Shares = (0.1, 0.7)
+    """Of what is ahead that they hide."""
+
+
 class LateHistorySettings(Settings):
     """The velocity history ends before the anchor.
 
@@ -146,6 +182,10 @@ class AugmentationSettings(Settings):
     sector_loss: SectorLossSettings = SectorLossSettings()
     thinning: ThinningSettings = ThinningSettings()
     scatter: ScatterSettings = ScatterSettings()
+    glare: GlareSettings = GlareSettings()
+    droplets: DropletSettings = DropletSettings()
+    dust: DustSettings = DustSettings()
+    near_leaves: NearLeavesSettings = NearLeavesSettings()
     late_history: LateHistorySettings = LateHistorySettings()
     sensor: ExposureSettings = ExposureSettings()
     laser_scan: LaserScanSettings = LaserScanSettings()
@@ -158,7 +198,7 @@ class AugmentationSettings(Settings):
     @property
     def lidar_may_fail(self) -> bool:
         """Whether any row's cloud is ever degraded."""
-        failures = (self.sector_loss, self.thinning, self.scatter)
+        failures = (self.sector_loss, self.thinning, self.scatter, self.dust, self.near_leaves)
         return any(failure.probability > 0 for failure in failures)
 
 

@@ -15,7 +15,7 @@ from graspe_data.atomic_file import write_atomically
 from graspe_data.documents import Sha256, canonical_json, parse_document
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
-from model_zoo.augmentation import CONDITIONS
+from model_zoo.augmentation import CONDITIONS, KNOWN_CONDITIONS
 from model_zoo.evaluation.blind_references import References
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Cell, Count
 from model_zoo.evaluation.latency import LARGEST_COUNT, Latency
@@ -199,7 +199,9 @@ def evaluation_name(split: str, conditions: Sequence[str], every: int) -> str:
     parts = ["evaluation"]
     if split != _USUAL_SPLIT:
         parts.append(split.replace("/", "_"))
-    if tuple(conditions) != tuple(CONDITIONS):
+    if tuple(conditions) == KNOWN_CONDITIONS:
+        parts.append("all_conditions")
+    elif tuple(conditions) != CONDITIONS:
         parts += conditions
     if every > 1:
         parts.append(f"every_{every}")

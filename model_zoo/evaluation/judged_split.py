@@ -14,7 +14,13 @@ from graspe_data.arrays import Indices, Mask
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
-from model_zoo.augmentation import CONDITIONS, Condition, check_lidar_may_fail, columns_needed
+from model_zoo.augmentation import (
+    FAILING_SENSOR,
+    Condition,
+    check_lidar_may_fail,
+    chosen_conditions,
+    columns_needed,
+)
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.checkpoints.lineage import check_observed_alike
@@ -79,7 +85,7 @@ def open_judged_split(
             is not positive.
         ShardError: The dataset is missing or damaged, or has no such split.
     """
-    _check_conditions(conditions)
+    chosen_conditions(conditions)
     if every < 1:
         raise ZooError(f"every: found {every}; give 1 for all rows, 2 for every second, and so on.")
     index = read_index(path)
@@ -167,15 +173,6 @@ def _check_recordings(recording: NDArray[Any], index: DatasetIndex, split: str, 
         )
 
 
-def _check_conditions(conditions: Sequence[str]) -> None:
-    unknown = [condition for condition in conditions if condition not in CONDITIONS]
-    if unknown or not conditions or len(set(conditions)) < len(conditions):
-        raise ZooError(
-            f"conditions: found {', '.join(conditions) or 'none'}; give one or more, once each, of "
-            f"{', '.join(CONDITIONS)}."
-        )
-
-
 def _check_columns(checkpoint: Checkpoint, index: DatasetIndex, path: Path) -> None:
     checkpoint.config.check_columns(index.columns, str(path))
     shapes = {column.name: column.shape for column in index.columns}
@@ -203,8 +200,10 @@ def _columns(
         names = (*names, CANDIDATE_IMAGE)
     if set(conditions) == {"clean"}:
         return list(names)
-    if "lidar_sector_lost" in conditions:
-        check_lidar_may_fail(names, declared, str(path), "leave lidar_sector_lost out (--clean)")
+    of_lidar = [name for name in conditions if FAILING_SENSOR.get(name) == "lidar"]
+    if of_lidar:
+        otherwise = f"leave {', '.join(of_lidar)} out (--clean)"
+        check_lidar_may_fail(names, declared, str(path), otherwise)
     return sorted({*columns_needed(names, declared), *({"stamp_ns"} & declared)})
 
 

@@ -30,6 +30,14 @@ Split = Annotated[str, typer.Option(help="Rows to evaluate.")]
 Device = Annotated[Literal["auto", "cpu", "cuda"], typer.Option(help="What to compute on.")]
 Readers = Annotated[int, typer.Option("--workers", min=0, help="Processes that read ahead.")]
 Clean = Annotated[bool, typer.Option(help="Only with clean sensors: five times faster.")]
+Conditions = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--condition",
+        help="A condition of the sensors, the first of which tables show where they show one; "
+        "repeat for several, or `all`. Default: clean and the four of the docs.",
+    ),
+]
 Every = Annotated[int, typer.Option(min=1, help="Of a recording's rows, evaluate each so many.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads of torch; else its own choice.")]
 
@@ -129,6 +137,7 @@ def evaluate_command(
     ] = None,
     split: Split = "test",
     clean: Clean = False,
+    condition: Conditions = None,
     every: Every = 1,
     references: Annotated[
         Path | None,
@@ -147,7 +156,7 @@ def evaluate_command(
     with needing_torch():
         import torch  # noqa: PLC0415
 
-        from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
+        from model_zoo.augmentation import chosen_conditions  # noqa: PLC0415
         from model_zoo.checkpoints import load_checkpoint  # noqa: PLC0415
         from model_zoo.evaluation.evaluate import evaluate  # noqa: PLC0415
         from model_zoo.evaluation.evaluation import (  # noqa: PLC0415
@@ -155,7 +164,7 @@ def evaluate_command(
             evaluation_name,
         )
         from model_zoo.evaluation.summary import render_summary  # noqa: PLC0415
-    conditions = CONDITIONS[:1] if clean else CONDITIONS
+    conditions = chosen_conditions(["clean"] if clean else condition)
     file = out or checkpoint.parent / evaluation_name(split, conditions, every)
     check_writable(file)
     if threads is not None:
@@ -203,6 +212,7 @@ def run_command(
     seeds: Annotated[int, typer.Option(min=1, help="Trainings of each model.")] = 1,
     split: Split = "test",
     clean: Clean = False,
+    condition: Conditions = None,
     every: Every = 1,
     device: Device = "auto",
     workers: Readers = 1,
@@ -210,7 +220,7 @@ def run_command(
 ) -> None:
     """Train, evaluate and compare all models under one budget; what is finished stays."""
     with needing_torch():
-        from model_zoo.augmentation import CONDITIONS  # noqa: PLC0415
+        from model_zoo.augmentation import chosen_conditions  # noqa: PLC0415
         from model_zoo.registry import list_models  # noqa: PLC0415
         from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
         from pipelines.zoo import Zoo, plan_runs, run_zoo  # noqa: PLC0415
@@ -219,7 +229,7 @@ def run_command(
         load_recipe(recipe),
         out,
         split,
-        CONDITIONS[:1] if clean else CONDITIONS,
+        chosen_conditions(["clean"] if clean else condition),
         every,
         _machine(device, workers, threads),
     )

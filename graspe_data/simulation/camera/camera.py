@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
 from graspe_data.robot import Intrinsics
+from graspe_data.sensor_failures import Droplets, Glare, add_glare, through_droplets
 from graspe_data.simulation.camera.develop import develop
 from graspe_data.simulation.camera.exposure import meter
 from graspe_data.simulation.camera.lens_cover import LensCover, cover_lens, covered_share
@@ -60,7 +61,7 @@ class Camera:
         base_pose: Transform,
         base_twist: tuple[Floats, Floats],
         generator: np.random.Generator,
-        cover: LensCover | None = None,
+        cover: LensCover | Glare | Droplets | None = None,
     ) -> NDArray[np.uint8]:
         """Take a picture: uint8 (height, width, 3), RGB.
 
@@ -68,7 +69,7 @@ class Camera:
             base_pose: base_link in the world at the middle of the exposure.
             base_twist: Linear (3,) in m/s and angular (3,) in rad/s velocity, in base_link.
             generator: Draws shake and noise.
-            cover: What covers the lens.
+            cover: What is on the lens, or shines into it.
         """
         settings = self._settings
         shake = generator.normal(0.0, settings.vibration, 3)
@@ -94,7 +95,11 @@ class Camera:
             return picture
         return np.asarray(cv2.GaussianBlur(picture, (0, 0), self._settings.softness), np.float32)
 
-    def _behind(self, cover: LensCover | None, radiance: Rows) -> Rows:
+    def _behind(self, cover: LensCover | Glare | Droplets | None, radiance: Rows) -> Rows:
+        if isinstance(cover, Glare):
+            return add_glare(radiance, cover)
+        if isinstance(cover, Droplets):
+            return through_droplets(radiance, cover)
         if cover is None or cover.share == 0:
             return radiance
         height, width = radiance.shape[:2]

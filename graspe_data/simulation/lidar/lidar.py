@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
+from graspe_data.simulation.lidar.before import BeforeLidar, returns_behind
 from graspe_data.simulation.lidar.echoes import Surfaces
 from graspe_data.simulation.lidar.firings import firings_of_turn
 from graspe_data.simulation.lidar.moving_rays import moving_rays
-from graspe_data.simulation.lidar.occlusion import SectorOcclusion
 from graspe_data.simulation.lidar.points import POINT_TYPE
 from graspe_data.simulation.lidar.receiver import BeamReturns, receive
 from graspe_data.simulation.lidar.settings import LidarSettings
@@ -58,7 +58,7 @@ class Lidar:
         time_s: float,
         base_pose: Callable[[float], Transform],
         generator: np.random.Generator,
-        occlusion: SectorOcclusion | None = None,
+        occlusion: BeforeLidar | None = None,
     ) -> NDArray[np.void]:
         """One turn as the driver publishes it; ``POINT_TYPE`` (N,), in firing order.
 
@@ -69,13 +69,13 @@ class Lidar:
             time_s: Of the first firing, from which the points' times count.
             base_pose: base_link in the world at a time in seconds, as ``Drive.base_pose``.
             generator: Draws the noise.
-            occlusion: What covers the window.
+            occlusion: What is on the window, or right before it.
         """
         knot, poses = self._sweep(time_s, base_pose)
         echoes = self._surfaces.echoes(*moving_rays(self._rays, knot, poses))
         returns = receive(echoes, self._settings, generator)
         if occlusion is not None:
-            returns = returns.where(~occlusion.covers(self._firings.azimuth[returns.beam]))
+            returns = returns_behind(occlusion, returns, self._firings, time_s)
         return self._points(returns, generator)
 
     def _reach_ahead(self, directions: Floats) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Mud or a leaf on the lidar's window."""
+"""Mud or a leaf on the lidar's window, or dirt all over it."""
 
 from __future__ import annotations
 
@@ -30,3 +30,19 @@ class SectorOcclusion:
         """Whether azimuths in rad lie in the sector; any shape."""
         inside: NDArray[np.bool_] = (azimuth - self.start) % (2 * np.pi) < self.stop - self.start
         return inside
+
+
+@dataclass(frozen=True)
+class ThinnedReturns:
+    """A dirty window: returns are lost here and there.
+
+    ``share``: of the returns that are lost, 0..1. ``seed``: of which.
+    """
+
+    share: float
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse a share that is none."""
+        if not 0.0 <= self.share <= 1.0:
+            raise ValueError(f"share of the returns that are lost: {self.share:g} is not in 0..1")

@@ -153,3 +153,54 @@ def test_odometry_is_that_of_a_recording_and_stands_before_the_start(
     standing = LiveOdometry(SPOT, 50.0, 1.0).motions(way_through(field))
     assert standing[0].stamp_ns == START_NS - 1_000_000_000
     assert {motion.linear_velocity for motion in standing[:-1]} == {0.0}
+
+
+AILING = [
+    {"kind": "glare", "strength": [1.0, 1.0]},
+    {"kind": "droplets", "share": [0.6, 0.6]},
+    {"kind": "dust", "strength": [1.0, 1.0]},
+    {"kind": "near_leaves", "share": [0.6, 0.6]},
+    {"kind": "thinned", "share": [0.6, 0.6]},
+]
+
+
+@pytest.mark.parametrize("ailing", AILING, ids=lambda ailing: str(ailing["kind"]))
+def test_what_misleads_is_in_pictures_or_clouds_and_in_recordings_too(
+    ailing: dict[str, Any], field: Field
+) -> None:
+    spells = {"every_s": [0.5, 0.5], "lasting_s": [9.0, 9.0]}
+    failing, front = (field_of(front, occlusions=[ailing | spells]) for front in (False, True))
+    way, sound = way_through(failing, 160), way_through(field, 160)
+    picture, cloud = LiveSensors(failing).picture(way), LiveSensors(failing).cloud(way)
+    plain, bare = LiveSensors(field).picture(sound), LiveSensors(field).cloud(sound)
+    of_camera = ailing["kind"] in ("glare", "droplets")
+    assert (picture.rgb.tobytes() != plain.rgb.tobytes()) == of_camera
+    assert (cloud.xyz.tobytes() != bare.xyz.tobytes()) == (not of_camera)
+    if ailing["kind"] in ("dust", "near_leaves"):
+        assert len(cloud.xyz) > len(bare.xyz)
+        near = np.linalg.norm(cloud.xyz, axis=1)
+        assert near.min() > 0.4
+        # A robot that looks ahead alone meets the same dust there.
+        ahead = LiveSensors(front).cloud(way_through(front, 160)).xyz
+        kept = {*map(tuple, ahead.tolist())}
+        assert {*map(tuple, cloud.xyz[cloud.xyz[:, 0] > 0.1].tolist())} <= kept
+    elif not of_camera:
+        assert len(cloud.xyz) == pytest.approx(0.4 * len(bare.xyz), rel=0.15)
+
+
+def test_a_frozen_camera_sends_one_picture_with_stamps_that_go_on() -> None:
+    frozen = [{"kind": "frozen", "every_s": [0.5, 0.5], "lasting_s": [0.6, 0.6]}]
+    field = field_of(occlusions=frozen)
+    sensors, way = LiveSensors(field), way_through(field)
+    pictures = []
+    for _ in range(18):
+        way.advance((0.5, 0.2), 10)
+        pictures.append(sensors.picture(way))
+    stamps = [picture.stamp_ns for picture in pictures]
+    assert stamps == sorted(stamps)
+    shown: dict[bytes, set[int]] = {}
+    for picture in pictures:
+        shown.setdefault(picture.rgb.tobytes(), set()).add(picture.stamp_ns)
+    alike = sorted(len(times) for times in shown.values())
+    assert alike[-1] == 4, "the picture of 0.4 s stands for those of 0.6, 0.8 and 1.0 s"
+    assert alike[-2] == 1

@@ -8,6 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
+from graspe_data.sensor_failures import Droplets, Dust, Glare, NearLeaves
+from graspe_data.simulation.camera.lens_cover import LensCover
+from graspe_data.simulation.lidar.occlusion import SectorOcclusion, ThinnedReturns
 from graspe_data.simulation.occlusions import (
     CoveredLens,
     CoveredSector,
@@ -39,8 +42,10 @@ def test_covers_come_in_time_and_last_and_pause_as_asked(seed: int, duration_s: 
 
 def test_shares_and_widths_lie_in_their_ranges_and_vary() -> None:
     covers = drawn(LENS, SECTOR)
-    shares = np.array([cover.share for _, _, cover in covers.lens])
-    widths = np.array([cover.stop - cover.start for _, _, cover in covers.lidar])
+    shares = np.array([c.share for _, _, c in covers.lens if isinstance(c, LensCover)])
+    sectors = [cover for _, _, cover in covers.lidar if isinstance(cover, SectorOcclusion)]
+    widths = np.array([sector.stop - sector.start for sector in sectors])
+    assert len(sectors) == len(covers.lidar)
     assert 0.2 <= shares.min() < 0.3
     assert 0.8 < shares.max() <= 0.9
     assert 0.3 <= widths.min() < 0.5
@@ -75,6 +80,36 @@ def test_the_same_seed_draws_the_same() -> None:
     ],
 )
 def test_impossible_covers_are_refused(wrong: dict[str, object], said: str) -> None:
-    adapter: TypeAdapter[CoveredLens | CoveredSector] = TypeAdapter(Occlusion)
+    adapter: TypeAdapter[Occlusion] = TypeAdapter(Occlusion)
     with pytest.raises(ValidationError, match=said):
         adapter.validate_python(LENS.model_dump() | wrong)
+
+
+@pytest.mark.parametrize(
+    ("kind", "strength", "made"),
+    [
+        ("glare", "strength", Glare),
+        ("droplets", "share", Droplets),
+        ("dust", "strength", Dust),
+        ("near_leaves", "share", NearLeaves),
+        ("thinned", "share", ThinnedReturns),
+    ],
+)
+def test_what_misleads_is_drawn_at_its_strength(kind: str, strength: str, made: type) -> None:
+    asked = {"kind": kind, strength: (0.3, 0.5), "every_s": (1.0, 3.0), "lasting_s": (2.0, 2.0)}
+    covers = drawn(TypeAdapter[Occlusion](Occlusion).validate_python(asked))
+    found = [cover for _, _, cover in (*covers.lens, *covers.lidar)]
+    assert len(found) > 100
+    assert {type(cover) for cover in found} == {made}
+    drawn_at = np.array([getattr(cover, strength) for cover in found])
+    assert 0.3 <= drawn_at.min() < 0.32
+    assert 0.48 < drawn_at.max() <= 0.5
+
+
+def test_a_camera_freezes_and_goes_on() -> None:
+    asked = {"kind": "frozen", "every_s": (4.0, 4.0), "lasting_s": (2.0, 2.0)}
+    covers = drawn(TypeAdapter[Occlusion](Occlusion).validate_python(asked))
+    assert covers.frozen_since(3.9) is None
+    assert covers.frozen_since(4.0) == covers.frozen_since(5.9) == 4.0
+    assert covers.frozen_since(6.0) is None
+    assert covers.on_lens(5.0) is None

@@ -8,11 +8,20 @@ import torch
 from torch import Tensor
 
 from graspe_data.errors import ZooError
-from model_zoo.augmentation import CONDITIONS, Condition, apply_condition
+from model_zoo.augmentation import (
+    CONDITIONS,
+    FAILING_SENSOR,
+    KNOWN_CONDITIONS,
+    Condition,
+    apply_condition,
+    chosen_conditions,
+)
 
 Make = Callable[..., dict[str, Tensor]]
 
-FAILING = [condition for condition in CONDITIONS if condition != "clean"]
+FAILING = list(FAILING_SENSOR)
+OF_CAMERA = [name for name in FAILING if FAILING_SENSOR[name] == "camera"]
+OF_LIDAR = [name for name in FAILING if FAILING_SENSOR[name] == "lidar"]
 
 
 def same(one: Tensor, other: Tensor) -> bool:
@@ -21,6 +30,16 @@ def same(one: Tensor, other: Tensor) -> bool:
 
 def test_the_conditions() -> None:
     assert CONDITIONS == ("clean", "dark", "blurred", "covered", "lidar_sector_lost")
+    assert {"clean", *FAILING} == {*KNOWN_CONDITIONS}
+    assert chosen_conditions() == CONDITIONS
+    assert chosen_conditions(["all"]) == KNOWN_CONDITIONS
+    assert chosen_conditions(["glare", "clean"]) == ("glare", "clean")
+
+
+@pytest.mark.parametrize("names", [[], ["foggy"], ["dark", "dark"], ["all", "dark"]])
+def test_a_choice_that_is_none_is_refused(names: list[str]) -> None:
+    with pytest.raises(ZooError, match="give one or more, once each, of clean, dark"):
+        chosen_conditions(names)
 
 
 def test_clean_changes_nothing(make_batch: Make) -> None:
@@ -35,6 +54,40 @@ def test_every_picture_gets_less_reliable(make_batch: Make, condition: Condition
     found = apply_condition(batch, condition, 0)
     assert (found["r_img"] < batch["r_img"]).all()
     assert same(found["points"], batch["points"])
+
+
+@pytest.mark.parametrize("condition", OF_CAMERA)
+def test_a_failing_camera_changes_pictures_alone(make_batch: Make, condition: Condition) -> None:
+    batch = make_batch()
+    found = apply_condition(batch, condition, 0)
+    assert (found["image"] != batch["image"]).flatten(1).any(1).all()
+    assert all(same(found[name], batch[name]) for name in ("points", "laser_scan", "r_point"))
+
+
+@pytest.mark.parametrize("condition", OF_LIDAR)
+def test_a_failing_lidar_changes_clouds_and_scans_alone(
+    make_batch: Make, condition: Condition
+) -> None:
+    batch = make_batch()
+    batch["laser_scan"] = torch.full_like(batch["laser_scan"], 6)
+    found = apply_condition(batch, condition, 0)
+    assert not same(found["points"], batch["points"])
+    assert not same(found["laser_scan"], batch["laser_scan"])
+    assert torch.equal(found["image"], batch["image"])
+    assert torch.equal(found["r_img"], batch["r_img"])
+
+
+@pytest.mark.parametrize("condition", ["dust", "near_leaves"])
+def test_what_is_before_the_lidar_returns_from_nearer(
+    make_batch: Make, condition: Condition
+) -> None:
+    batch = make_batch()
+    found = apply_condition(batch, condition, 0)
+    before, now = (each["points"].norm(dim=2) for each in (batch, found))
+    assert torch.equal(found["point_count"], batch["point_count"])
+    nearer = (now < before - 1e-4) & ~before.isnan()
+    assert nearer.any()
+    assert (now[nearer] > 0.4).all()
 
 
 def test_every_cloud_and_scan_loses_a_right_angle(make_batch: Make) -> None:

@@ -8,7 +8,14 @@ import torch
 from torch import Tensor
 
 from graspe_data.errors import ZooError
-from model_zoo.augmentation import CONDITIONS, AugmentationSettings, apply_condition, augment
+from model_zoo.augmentation import (
+    FAILING_SENSOR,
+    KNOWN_CONDITIONS,
+    AugmentationSettings,
+    Condition,
+    apply_condition,
+    augment,
+)
 from model_zoo.augmentation.failing_rows import RowFailure
 from model_zoo.augmentation.lidar_failure import LidarFailure
 from model_zoo.augmentation.picture_failure import PictureFailure
@@ -53,15 +60,15 @@ def test_known_ones_tell_which_sensor_was_made_to_fail(batch: dict[str, Tensor])
     assert given["r_img"].dtype == batch["r_img"].dtype
 
 
-@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize("condition", KNOWN_CONDITIONS)
 def test_the_sensor_that_a_condition_fails_has_a_known_reliability_of_0(
-    condition: str, batch: dict[str, Tensor]
+    condition: Condition, batch: dict[str, Tensor]
 ) -> None:
     settings = AugmentationSettings(reliability="known")
-    given = apply_condition(batch, condition, 0, settings)  # type: ignore[arg-type]
-    lidar, camera = condition.startswith("lidar"), not condition.startswith(("lidar", "clean"))
-    assert given["r_point"].tolist() == [float(not lidar)] * ROWS
-    assert given["r_img"].tolist() == [float(not camera)] * ROWS
+    given = apply_condition(batch, condition, 0, settings)
+    failing = FAILING_SENSOR.get(condition)
+    assert given["r_point"].tolist() == [float(failing != "lidar")] * ROWS
+    assert given["r_img"].tolist() == [float(failing != "camera")] * ROWS
 
 
 def test_in_training_known_reliabilities_follow_what_was_drawn(batch: dict[str, Tensor]) -> None:
