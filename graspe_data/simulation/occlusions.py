@@ -12,8 +12,7 @@ from pydantic import Field, model_validator
 from graspe_data.manifest import Settings, Share
 from graspe_data.sensor_failures import Droplets, Dust, Glare, NearLeaves
 from graspe_data.simulation.camera.lens_cover import LensCover
-from graspe_data.simulation.lidar.before import BeforeLidar
-from graspe_data.simulation.lidar.occlusion import SectorOcclusion, ThinnedReturns
+from graspe_data.simulation.lidar.occlusion import BeforeLidar, SectorOcclusion, ThinnedReturns
 
 SHORTEST_S = 0.1
 Pause = Annotated[float, Field(ge=0, le=36_000)]

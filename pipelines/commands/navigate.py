@@ -49,6 +49,10 @@ def run_command(
         tuple[float, float] | None,
         typer.Option(metavar="X Y", help="Metres, in the world; without it the scenario's."),
     ] = None,
+    condition: Annotated[
+        str | None,
+        typer.Option(help="What ails the sensors in mid-drive: a condition, a path or a name."),
+    ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Settings of trials and planners, YAML.")
     ] = None,
@@ -59,12 +63,14 @@ def run_command(
 ) -> None:
     """Run trials with the same seeds for all methods; those that are there stay.
 
-    Seeds are left out in whose worlds something stands at the goal.
+    Under a condition, worlds and seeds are the same as without. Seeds are left out in whose worlds
+    something stands at the goal.
     """
     one_thread()
     with _needing_simulation():
         from pipelines.trials import config as settings  # noqa: PLC0415
         from pipelines.trials import run_trials as running  # noqa: PLC0415
+        from pipelines.trials.condition import load_condition, under  # noqa: PLC0415
         from pipelines.trials.methods import parse_methods  # noqa: PLC0415
         from pipelines.trials.run_trial import trial_scenario  # noqa: PLC0415
         from pipelines.trials.seeds import fair_seeds  # noqa: PLC0415
@@ -73,7 +79,13 @@ def run_command(
     )
     asked, robot = load_scenario(scenario)
     prepared = trial_scenario(asked, chosen.trial, goal)
-    conditions = settings.Conditions(scenario=prepared, robot=robot, trial=chosen.trial)
+    ailing = load_condition(condition) if condition else None
+    conditions = settings.Conditions(
+        scenario=under(prepared, ailing) if ailing else prepared,
+        robot=robot,
+        trial=chosen.trial,
+        condition=ailing.name if ailing else "",
+    )
     tasks = [
         running.TrialTask(conditions, each, method, chosen, record, threads)
         for each in fair_seeds(conditions, seed, trials)

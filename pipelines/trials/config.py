@@ -36,11 +36,18 @@ class Conditions(Settings):
     scenario: Scenario
     robot: Robot
     trial: TrialSettings
+    condition: str = ""
+    """The name of the condition of the sensors; empty where they are the scenario's."""
+
+    @property
+    def label(self) -> str:
+        """What tables and folders call the scenario: its name, and its condition's if any."""
+        return f"{self.scenario.name}+{self.condition}" if self.condition else self.scenario.name
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all settings, defaults included."""
-        return digest_of(self.model_dump(mode="json"))
+        """SHA-256 of all settings, defaults included, but for the condition's name."""
+        return digest_of(self.model_dump(mode="json", exclude={"condition"}))
 
 
 def digest_of(content: object) -> str:

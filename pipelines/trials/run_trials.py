@@ -47,7 +47,7 @@ class TrialTask:
 
     def file(self, out: Path) -> Path:
         """Where the trial is written."""
-        return out / self.conditions.scenario.name / self.method.name / f"{self.seed}.json"
+        return out / self.conditions.label / self.method.name / f"{self.seed}.json"
 
 
 def run_trials(
@@ -69,8 +69,8 @@ def run_trials(
         PlannerError: A bundle is damaged, or was made for another robot.
         StageError: A worker process died, or a file cannot be written.
     """
-    for conditions in {task.conditions.digest: task.conditions for task in tasks}.values():
-        folder = out / conditions.scenario.name
+    for conditions in {task.conditions.label: task.conditions for task in tasks}.values():
+        folder = out / conditions.label
         folder.mkdir(parents=True, exist_ok=True)
         told = conditions.model_dump_json(indent=1).encode()
         write_atomically(folder / CONDITIONS_FILE, [told], StageError)
@@ -102,6 +102,7 @@ def _run_one(out: Path, task: TrialTask) -> Trial:
         run = run_trial(field, planner, settings, task.method.senses, witness)
     digests = task.conditions.digest, task.method.driver(task.config), task.inputs
     trial = summarise(field, run, settings, task.method.name, *digests)
+    trial = trial.model_copy(update={"scenario": task.conditions.label})
     if watch is not None:
         trial = trial.model_copy(update={"maps": watch.score(field, run.drive)})
     if task.record:

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graspe_data.sensor_failures import Dust, NearLeaves, meet_dust, meet_leaves
+from graspe_data.sensor_failures import NearLeaves, meet_dust, meet_leaves
 from graspe_data.simulation.lidar.firings import Firings
-from graspe_data.simulation.lidar.occlusion import SectorOcclusion, ThinnedReturns
+from graspe_data.simulation.lidar.occlusion import BeforeLidar, SectorOcclusion, ThinnedReturns
 from graspe_data.simulation.lidar.receiver import BeamReturns
 
-BeforeLidar = SectorOcclusion | Dust | NearLeaves | ThinnedReturns
 ENERGY = 0.45
 """Share of the full that a leaf returns, and what dust weakens."""
 MOMENTS_A_SECOND = 1000

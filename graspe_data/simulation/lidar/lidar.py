@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
-from graspe_data.simulation.lidar.before import BeforeLidar, returns_behind
+from graspe_data.simulation.lidar.before import returns_behind
 from graspe_data.simulation.lidar.echoes import Surfaces
 from graspe_data.simulation.lidar.firings import firings_of_turn
 from graspe_data.simulation.lidar.moving_rays import moving_rays
+from graspe_data.simulation.lidar.occlusion import BeforeLidar
 from graspe_data.simulation.lidar.points import POINT_TYPE
 from graspe_data.simulation.lidar.receiver import BeamReturns, receive
 from graspe_data.simulation.lidar.settings import LidarSettings

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graspe_data.sensor_failures import Dust, NearLeaves
+
 
 @dataclass(frozen=True)
 class SectorOcclusion:
@@ -46,3 +48,7 @@ class ThinnedReturns:
         """Refuse a share that is none."""
         if not 0.0 <= self.share <= 1.0:
             raise ValueError(f"share of the returns that are lost: {self.share:g} is not in 0..1")
+
+
+BeforeLidar = SectorOcclusion | ThinnedReturns | Dust | NearLeaves
+"""What may be on a lidar's window or right before it."""
