@@ -23,7 +23,7 @@ def check_apart(
     """Refuse a split of which something stands in the splits before it.
 
     Two recordings are not apart if they have the same bytes, say the same, hold measurements of one
-    drive, or were simulated in one world: the same scenario and seed, or the same layout.
+    drive, or were simulated in one world: a scenario and a seed, which have one layout.
 
     Args:
         teaching: Recordings of the dataset whose training and validation rows teach and choose.
@@ -60,9 +60,8 @@ def _marks(entry: RecordingEntry) -> Iterator[tuple[str, str]]:
     if isinstance(content, str) and content:
         yield "content", content
     world = entry.details.get("world")
-    for what, mark in world.items() if isinstance(world, dict) else ():
-        if isinstance(mark, str) and mark:
-            yield what.replace("_", " "), mark
+    if isinstance(world, str) and world:
+        yield "world", world
     overlaps = entry.details.get("overlaps")
     for name in overlaps if isinstance(overlaps, list) else ():
         yield "drive", " and ".join(sorted((entry.name, str(name))))

@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats, Indices, Mask
 from graspe_data.errors import ZooError
-from graspe_data.observation.labels import AnchorState
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from model_zoo.evaluation.blind_features import LASER_SCAN, VELOCITY_HISTORY, blind_features
 from model_zoo.evaluation.blind_tree import LabelledRows
 from model_zoo.evaluation.scenes import Candidates, read_candidates
-from model_zoo.row_states import read_row_states, step_seconds
-from model_zoo.validation_halves import halve_validation
+from model_zoo.validation_rows import VALIDATION, read_validation_rows
 
-TAUGHT, CHOSE = "train", "validation"
+TAUGHT, CHOSE = "train", VALIDATION
 MOST_ROWS = 6000
 """To teach on or to choose by, evenly over the split: neighbours are much alike."""
 
@@ -113,41 +111,14 @@ def rows_to_teach(folder: Path) -> BlindRows:
 
 
 def rows_to_choose(folder: Path) -> BlindRows | None:
-    """The judged validation rows that select, of those not failing yet; None where there are none.
-
-    As the primary figure is on rows that are not failing, so is the choice, unless they are all of
-    one class.
-    """
+    """The judged validation rows that select; None where there are none."""
     index = read_index(folder)
     if CHOSE not in index.splits or not index.rows(CHOSE):
         return None
     success, mask = _labels(folder, CHOSE)
-    selects = selecting_rows(folder, success, mask)
-    sound = read_row_states(folder, CHOSE, success, mask) != AnchorState.FAILING
-    judged = mask.any(axis=1) & selects
-    kept = success[judged & sound][mask[judged & sound]]
-    rows = judged & sound if kept.any() and not kept.all() else judged
-    return read_blind_rows(folder, CHOSE, _evenly(np.flatnonzero(rows)))
-
-
-def selecting_rows(folder: Path, success: Mask, mask: Mask) -> Mask:
-    """Which validation rows select, bool (N,)."""
-    index = read_index(folder)
-    declared = {column.name for column in index.columns}
-    names = tuple(name for name in ("recording", "stamp_ns") if name in declared)
-    found = Dataset(folder, CHOSE, names, check="sha256").batch(np.arange(len(mask)))
-    nothing = np.zeros(len(mask), np.int64)
-    horizon_ns = round(step_seconds(index) * mask.shape[1] * 1e9)
-    halves = halve_validation(
-        index.recordings,
-        CHOSE,
-        found.get("recording", nothing).astype(np.int64),
-        found.get("stamp_ns", nothing).astype(np.int64),
-        success,
-        mask,
-        horizon_ns,
-    )
-    return halves.selects
+    selecting = read_validation_rows(folder, success, mask).selecting
+    rows = np.flatnonzero(mask.any(axis=1) & selecting)
+    return read_blind_rows(folder, CHOSE, _evenly(rows))
 
 
 def _labels(folder: Path, split: str) -> tuple[Mask, Mask]:

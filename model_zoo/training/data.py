@@ -20,6 +20,7 @@ from model_zoo.checkpoints.lineage import Lineage
 from model_zoo.contents import check_contents, check_values
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import LABEL_COLUMNS, Labels, read_labels
+from model_zoo.split_leaks import check_apart
 from model_zoo.training.candidates import candidate_columns, check_candidates
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
 from model_zoo.training.machine import Machine
@@ -27,6 +28,8 @@ from model_zoo.training.preparation import Preparation, SoundRows
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.rows import ChosenRows, RowWeights, balance_rows, choose_rows
+from model_zoo.training.validation import CALIBRATING, SELECTING
+from model_zoo.validation_rows import ValidationRows, read_validation_rows
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,7 @@ class TrainingData:
         digest: The dataset's.
         assumptions: How its rows were made; None where it does not tell.
         lineage: The recordings and ranks of this training.
+        halves: How the validation rows were divided, in words.
     """
 
     training: BatchLoader
@@ -50,6 +54,7 @@ class TrainingData:
     digest: str
     assumptions: Assumptions | None
     lineage: Lineage
+    halves: str
 
 
 def open_data(
@@ -67,11 +72,13 @@ def open_data(
     rank of each machine, since each may have a copy of its own.
 
     Raises:
-        ZooError: The dataset does not fit the model or the recipe.
+        ZooError: The dataset does not fit the model or the recipe, or a recording of the validation
+            is among those that teach.
         ShardError: It is no dataset, or damaged.
     """
     index = read_index(folder)
     check_declared(index, model, name, str(folder))
+    check_apart(index.recordings, index.recordings, VALIDATION, folder)
     labels = {split: read_labels(folder, split) for split in SPLITS}
     check_forward(model, Dataset(folder, VALIDATION, model.columns, check="sha256"), name)
     columns = {
@@ -84,14 +91,16 @@ def open_data(
             check_values(Dataset(folder, split, model.columns), progress.aside)
     fabric.barrier()
     rows = {split: Dataset(folder, split, columns[split]) for split in SPLITS}
+    divided = read_validation_rows(folder, labels[VALIDATION].success, labels[VALIDATION].mask)
     return TrainingData(
         _training(rows[TRAIN], labels[TRAIN], model, recipe, machine, fabric),
-        _validation(rows[VALIDATION], labels[VALIDATION], recipe, machine, fabric),
+        _validation(rows[VALIDATION], labels[VALIDATION], divided, recipe, machine, fabric),
         balance_rows(labels[TRAIN], recipe.balance),
         index.columns,
         index.dataset_digest,
         read_assumptions(index),
         Lineage.of(index, fabric.world_size),
+        divided.halves.how,
     )
 
 
@@ -136,11 +145,17 @@ def _training(
 
 
 def _validation(
-    dataset: Dataset, labels: Labels, recipe: Recipe, machine: Machine, fabric: Fabric
+    dataset: Dataset,
+    labels: Labels,
+    divided: ValidationRows,
+    recipe: Recipe,
+    machine: Machine,
+    fabric: Fabric,
 ) -> BatchLoader:
+    marks = {SELECTING: divided.selecting, CALIBRATING: divided.halves.calibrates}
     given = recipe.augmentation.reliability if recipe.augmentation else "measured"
     return BatchLoader(
-        ChosenRows(dataset, choose_rows(labels, "none")),
+        ChosenRows(dataset, choose_rows(labels, "none"), marks),
         recipe.batch_size,
         transform=SoundRows(given, recipe.seed),
         rank=fabric.global_rank,

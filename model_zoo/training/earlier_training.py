@@ -71,7 +71,7 @@ def _fault(folder: Path, identity: Identity) -> str:
     return "; ".join(identity.differences(then))
 
 
-MAY_DIFFER = frozenset({"recipe.epochs", "recipe.most_steps", "recipe.patience"})
+MAY_DIFFER = frozenset({"recipe.epochs", "recipe.most_steps", "recipe.patience", "recipe.searched"})
 """Of an extension from the training that it begins from."""
 
 

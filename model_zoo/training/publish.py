@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from lightning_fabric import Fabric
 from pydantic import JsonValue
 
@@ -47,7 +48,7 @@ def publish(
         ZooError: It cannot be written.
     """
     predictions = predict(fabric, model, data.validation, progress)
-    calibration = fit_temperature(predictions.logits, predictions.success, predictions.mask)
+    calibration = fit_temperature(*predictions.of(predictions.calibrating))
     if fabric.is_global_zero:
         write_checkpoint(
             folder,
@@ -58,7 +59,7 @@ def publish(
             columns=data.columns,
             recipe=identity.recipe.model_dump(mode="json"),
             dataset_digest=identity.dataset,
-            metrics=_metrics(predictions, calibration, state),
+            metrics=_metrics(predictions, calibration, state, data.halves),
             calibration=calibration,
             assumptions=data.assumptions,
             begins_from=identity.begins_from,
@@ -69,18 +70,24 @@ def publish(
 
 
 def _metrics(
-    predictions: Predictions, calibration: Calibration | Uncalibrated, state: TrainingState
+    predictions: Predictions,
+    calibration: Calibration | Uncalibrated,
+    state: TrainingState,
+    halves: str,
 ) -> dict[str, JsonValue]:
-    """Scores of the checkpoint on the validation rows, and the epochs they were chosen from.
+    """Scores of the checkpoint on the validation rows that select, and the epochs it is one of.
 
     All but ``loss``, which is that of the epoch, are of the calibrated model.
     """
     temperature = calibration.temperature if isinstance(calibration, Calibration) else 1.0
-    log_odds = predictions.logits / temperature
-    scored = (log_odds, predictions.success, predictions.mask)
+    logits, *labels = predictions.of(predictions.selecting)
+    scored = (logits / temperature, *labels)
     timing = {"seconds", "samples_per_s", "data_wait_share"}
     return {
         **{name: score(*scored) for name, score in METRICS.items()},
+        "validation": halves,
+        "rows_selecting": int(np.count_nonzero(predictions.selecting)),
+        "rows_calibrating": int(np.count_nonzero(predictions.calibrating)),
         "loss": predictions.loss(),
         "best_epoch": best_epoch(state.history),
         "epochs": len(state.history),

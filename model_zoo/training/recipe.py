@@ -43,6 +43,9 @@ class Recipe(Settings):
             never stops early. The best epoch's weights are kept in any case.
         precision: ``bf16`` computes in mixed precision.
         seed: Of the weights, the order and all that is random.
+        searched: Trainings whose validation scores chose these settings and the model's, this
+            kind among them. It decides nothing and stands in the tables, since a model that was
+            searched for longer looks better; None where it is not said.
     """
 
     epochs: Count = 50
@@ -60,6 +63,7 @@ class Recipe(Settings):
     patience: Count | None = 10
     precision: Literal["float32", "bf16"] = "float32"
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
+    searched: Count | None = None
 
     @model_validator(mode="after")
     def _something_to_rank(self) -> Self:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,12 @@ class ChosenRows:
         dataset: Where the rows come from.
         rows: Which, in this order; where any is to be mirrored, batches have a column ``mirrored``
             (rows,) that says which.
+        marks: Columns that the dataset does not hold, by name: bool, for each of its rows.
     """
 
     dataset: RowSource
     rows: TrainingRows
+    marks: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     @property
     def digest(self) -> str:
@@ -40,7 +43,9 @@ class ChosenRows:
 
     def batch(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.generic]]:
         """The chosen rows at these places."""
-        batch = self.dataset.batch(self.rows.indices[indices])
+        rows = self.rows.indices[indices]
+        batch = self.dataset.batch(rows)
+        batch |= {name: mark[rows] for name, mark in self.marks.items()}
         if self.rows.mirrored.any():
             batch[MIRRORED] = self.rows.mirrored[indices]
         return batch

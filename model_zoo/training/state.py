@@ -23,8 +23,8 @@ class EpochRecord(Settings):
         step: Steps done at its end.
         means: Mean over its steps of the loss (``loss``), of its parts and of the gradient's
             length.
-        au_roc: On the validation rows, all judged steps pooled.
-        validation_loss: Mean cross-entropy of the judged validation steps, nats.
+        au_roc: On the validation rows that select, their judged steps pooled.
+        validation_loss: Mean cross-entropy of these steps, nats.
         seconds: Its training and validation took, in the process that finished it.
         samples_per_s: Training rows a second, of all ranks.
         data_wait_share: Share of the training time spent waiting for a batch.

@@ -10,12 +10,17 @@ from lightning_fabric import Fabric
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from graspe_data.arrays import Floats, Mask
 from graspe_data.errors import ZooError
 from model_zoo.batches import BatchLoader
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import MASK, SUCCESS
 from model_zoo.metrics import au_roc
 from model_zoo.training.progress import TrainingProgress
+
+SELECTING, CALIBRATING = "selecting", "calibrating"
+"""Marks of the validation rows."""
+_WITH_LOGITS = (SUCCESS, MASK, SELECTING, CALIBRATING)
 
 
 @dataclass(frozen=True)
@@ -26,26 +31,35 @@ class Predictions:
         logits: float64 (N, T), log-odds of success.
         success: bool (N, T).
         mask: bool (N, T), whether the step is judged.
+        selecting: bool (N,), the rows that select the epoch.
+        calibrating: bool (N,), the rows that fit the temperature.
     """
 
     logits: NDArray[np.float64]
     success: NDArray[np.bool_]
     mask: NDArray[np.bool_]
+    selecting: NDArray[np.bool_]
+    calibrating: NDArray[np.bool_]
+
+    def of(self, rows: NDArray[np.bool_]) -> tuple[Floats, Mask, Mask]:
+        """Logits, labels and judged steps of some rows."""
+        return self.logits[rows], self.success[rows], self.mask[rows]
 
     def au_roc(self) -> float:
-        """Area under the ROC curve, all judged steps pooled.
+        """Area under the ROC curve of the rows that select, their judged steps pooled.
 
         Raises:
             ZooError: A logit is not finite, or the labels are all of one class.
         """
-        area = au_roc(self.logits, self.success, self.mask)
+        area = au_roc(*self.of(self.selecting))
         if area is None:
             raise ZooError("validation: the judged steps are all of one class.")
         return area
 
     def loss(self) -> float:
-        """Mean cross-entropy of the judged steps, nats."""
-        logits, success = self.logits[self.mask], self.success[self.mask]
+        """Mean cross-entropy of the judged steps of the rows that select, nats."""
+        logits, success, mask = self.of(self.selecting)
+        logits, success = logits[mask], success[mask]
         return float(np.mean(np.logaddexp(0, logits) - success * logits))
 
 
@@ -73,14 +87,14 @@ def predict(
     model.eval()
     share_buffers(fabric, model)
     loader.resume(0, loader.order.digest)
-    parts: list[tuple[Tensor, Tensor, Tensor]] = []
+    parts: list[tuple[Tensor, ...]] = []
     with torch.inference_mode():
         for loaded in loader:
             batch = fabric.to_device(loaded)
             logits = model.logits({name: batch[name] for name in model.columns})
             if fabric.is_global_zero:
                 progress.aside("validation", len(parts) + 1, len(loader))
-            parts.append((logits.double(), batch[SUCCESS].bool(), batch[MASK].bool()))
+            parts.append((logits.double(), *(batch[name].bool() for name in _WITH_LOGITS)))
     gathered = [
         _gather(fabric, torch.cat(column), loader.order.rows) for column in zip(*parts, strict=True)
     ]

@@ -104,6 +104,12 @@ def train_command(
     epochs: Annotated[
         int | None, typer.Option(min=1, max=10**9, help="Instead of the recipe's.")
     ] = None,
+    searched: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Trainings whose validation scores chose the settings; for the tables."
+        ),
+    ] = None,
     begin: Annotated[
         Path | None,
         typer.Option(
@@ -119,7 +125,7 @@ def train_command(
         from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
         from model_zoo.training.train import train  # noqa: PLC0415
     asked = load_recipe(recipe)
-    given = {"seed": seed, "epochs": epochs}
+    given = {"seed": seed, "epochs": epochs, "searched": searched}
     asked = asked.model_copy(update={key: n for key, n in given.items() if n is not None})
     machine, overrides = _machine(device, workers, threads), read_overrides(changes or [])
     with _training() as told:
