@@ -90,7 +90,8 @@ def observe(
     seen = rate_picture(image, settings.image_reliability)
     # Equation (3) on the cloud, and equations (4) and (5) on the smoothness of its sample.
     points = observe_points(cloud, base_from_lidar, settings.points, seed)
-    felt = rate_points(points.smoothness, points.point_count, settings.point_reliability)
+    rated = points.smoothness, points.points, points.point_count
+    felt = rate_points(*rated, settings.point_reliability)
     return Observation(image, points, seen | felt)
 
 
@@ -100,16 +101,22 @@ def rate_picture(image: NDArray[np.uint8], settings: ImageReliabilitySettings) -
 
 
 def rate_points(
-    curvature: NDArray[np.float32], count: int, settings: PointReliabilitySettings
+    curvature: NDArray[np.float32],
+    points: NDArray[np.float32] | None,
+    count: int,
+    settings: PointReliabilitySettings,
 ) -> dict[str, float]:
     """Equations (4) and (5): r_edge, r_planar and r_point.
 
     Args:
         curvature: Smoothness of the points, float32 (N,), padded behind ``count``.
+        points: float32 (N, 3), metres, base_link, padded likewise; None where no coverage is asked
+            for.
         count: Points that are no padding.
         settings: Thresholds and weights.
     """
-    return asdict(point_reliability(curvature[:count], settings))
+    there = None if points is None else points[:count]
+    return asdict(point_reliability(curvature[:count], settings, there))
 
 
 def observe_points(

@@ -115,7 +115,8 @@ def _fail_points(
     if "smoothness" in columns:
         smoothness = columns["smoothness"][row]
         smoothness[: len(index)] = scattered_smoothness(smoothness[: len(index)], left, generator)
-        _put(columns, row, rate_points(smoothness, len(index), settings.point_reliability))
+        rated = smoothness, columns["points"][row], len(index)
+        _put(columns, row, rate_points(*rated, settings.point_reliability))
 
 
 def _put(columns: Arrays, row: int, values: dict[str, float]) -> None:

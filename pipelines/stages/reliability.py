@@ -29,14 +29,18 @@ def reliability(work: Work, folder: Path, key: str) -> StageRecord:
     counts = whole_column(episode, "point_count")
     names = [column.name for column in columns]
     values = np.empty((len(names), extracted.rows), np.float32)
+    asks_points = manifest.point_reliability.coverage is not None
     with (
         StoredColumn(episode, "image") as images,
+        StoredColumn(episode, "points") as points,
         StoredColumn(episode, "smoothness") as smoothness,
         EpisodeWriter(folder, columns, extracted.rows) as writer,
     ):
         for row in range(extracted.rows):
             seen = rate_picture(images.row(row), manifest.image_reliability)
-            felt = rate_points(smoothness.row(row), counts[row], manifest.point_reliability)
+            there = points.row(row) if asks_points else None
+            rated = smoothness.row(row), there, counts[row]
+            felt = rate_points(*rated, manifest.point_reliability)
             found = seen | felt
             values[:, row] = [found[name] for name in names]
         for name, column in zip(names, values, strict=True):
