@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import copy
+import gc
 import multiprocessing
 import os
 import pickle
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -106,6 +108,37 @@ def test_a_question_that_hung_in_the_parent_does_not_hang_the_child() -> None:
     release.set()
     time.sleep(0.2)
     assert deadline.ask(os.getpid) == os.getpid()
+
+
+class _Mark:
+    """What a thread keeps of its own; it goes with the thread."""
+
+    def __init__(self) -> None:
+        self.thread = threading.get_native_id()
+
+
+def test_a_thread_that_answered_does_not_end() -> None:
+    # OpenCV ends a thread under a lock, and a process that is forked then waits for it for ever.
+    kept, ended = threading.local(), threading.Event()
+
+    def ask() -> int:
+        kept.mark = mark = _Mark()
+        weakref.finalize(mark, ended.set)
+        return mark.thread
+
+    first = Deadline[int](LONG_S).ask(ask)
+    assert not ended.wait(0.2)
+    assert Deadline[int](LONG_S).ask(threading.get_native_id) == first
+    assert in_child(lambda: Deadline[int](LONG_S).ask(threading.get_native_id)) != first
+
+
+def test_an_idle_thread_keeps_no_planner_alive(robots: Robots) -> None:
+    planner = guarded("dwa_fox", robots)
+    assert planner.command(sound()).reason == ""
+    gone = weakref.ref(planner)
+    del planner
+    gc.collect()
+    assert gone() is None
 
 
 @pytest.mark.parametrize("error", [ValueError("four"), PlannerError("five")])
