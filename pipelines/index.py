@@ -24,6 +24,7 @@ def recording_entry(episode: Episode, placement: Placement) -> RecordingEntry:
         "time_zero_ns": extracted.time_zero_ns,
         "content": extracted.content.digest or None,
         "overlaps": list(placement.linked),
+        "world": labelled.world or None,
         "files": list(episode.files),
         "offsets_ns": dict(extracted.offsets_ns),
         "damage": [dict(loss) for loss in losses],

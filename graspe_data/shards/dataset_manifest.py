@@ -63,6 +63,7 @@ class RecordingEntry(Settings):
         details: The rest. ``camera``, ``base_from_camera`` and ``base_from_lidar`` are read as
             :attr:`calibration`, ``findings`` as :attr:`findings`. ``content`` is the digest of
             what the messages say, by which a test recording is known again in training data;
+            ``world`` the scenario and seed of a simulated one;
             ``time_zero_ns`` the stamp from which label intervals count. The others are for
             people: ``overlaps``, ``files``, ``offsets_ns``, ``shifts_ns``, ``damage``,
             ``annotated``, ``events``, ``not_judged``, ``statistics``; of a recording that gave

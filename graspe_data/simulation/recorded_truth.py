@@ -96,6 +96,22 @@ def read_scenario_text(recording: Path) -> str | None:
     return next(iter(_texts(recording, SCENARIO_TOPIC)), None)
 
 
+def read_world(recording: Path) -> str:
+    """The scenario and the seed of a simulated recording, which decide its layout; else empty.
+
+    Two recordings of one world are not apart, be they driven otherwise.
+
+    Raises:
+        RecordingError: The recording cannot be read.
+    """
+    try:
+        said = json.loads(read_scenario_text(recording) or "")
+        return f"{said['scenario']['name']}, seed {said['seed']}"
+    except (ValueError, TypeError, KeyError, AttributeError):
+        # A topic of this name that no simulation of ours wrote.
+        return ""
+
+
 def truth_path(recording: Path) -> Path:
     """Where the true failures of a recording lie: beside it, and never read as its labels."""
     return recording.with_name(f"{recording.name}.truth.yaml")

@@ -23,6 +23,7 @@ from graspe_data.observation.labels import (
     propose,
     read_annotation,
 )
+from graspe_data.simulation.recorded_truth import read_world
 from pipelines.episode import EpisodeWriter, whole_column
 from pipelines.motion_files import read_motion
 from pipelines.stage_record import StageRecord
@@ -30,9 +31,13 @@ from pipelines.stages.stage import Stage, Work
 
 
 class LabelRecord(StageRecord):
-    """The record of a label stage: how many failures of each sort, and what was not judged."""
+    """The record of a label stage: how many failures of each sort, and what was not judged.
+
+    ``world`` names the scenario and seed of a simulated recording; it is empty for others.
+    """
 
     annotated: bool
+    world: str = ""
     events: dict[str, int]
     unavailable: dict[str, str]
 
@@ -87,6 +92,7 @@ def label(work: Work, folder: Path, key: str) -> LabelRecord:
         rows=extracted.rows,
         columns=digests,
         annotated=annotation is not None,
+        world=read_world(work.path),
         events=decided.counts,
         unavailable={str(kind): reason for kind, reason in proposals.unavailable.items()},
     )

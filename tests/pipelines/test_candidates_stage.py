@@ -81,6 +81,21 @@ def test_rows_hold_the_candidates_of_their_moment_drawn_and_judged(
     assert rederive_rows(folder, [garden], 3, 0).faults == ()
 
 
+def test_a_row_knows_its_state_and_a_recording_its_world(
+    garden: Path, spot: Robot, tmp_path: Path
+) -> None:
+    folder = tmp_path / "dataset"
+    build_dataset(asking(spot), [garden], folder, Workers(), Silent())
+    dataset = Dataset(folder, "train")
+    assert dataset.index.recordings[0].details["world"] == "garden, seed 2"
+    rows = dataset.batch(np.arange(len(dataset)))
+    speed, turning = np.abs(rows["velocity_history"][:, -1]).T
+    failing, standing = rows["state"] == 0, rows["state"] == 1
+    np.testing.assert_array_equal(standing, ~failing & (speed < 0.05) & (turning < 0.1))
+    assert not rows["success"][failing].any()
+    assert (rows["state"] == 3).any()
+
+
 def test_a_candidate_is_drawn_as_a_driven_trajectory_of_its_velocity(
     garden: Path, spot: Robot, tmp_path: Path
 ) -> None:
