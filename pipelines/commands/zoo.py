@@ -48,6 +48,7 @@ def list_command(
 ) -> None:
     """List the models: presets, parameters, AU-ROC in the shipped comparison, columns."""
     with needing_torch():
+        from model_zoo.evaluation.parts import TITLES  # noqa: PLC0415
         from model_zoo.evaluation.zoo_index import shipped_index  # noqa: PLC0415
         from model_zoo.registry import create_model, list_models  # noqa: PLC0415
     index = shipped_index()
@@ -73,7 +74,7 @@ def list_command(
         }
         typer.echo(json.dumps(told, indent=2))
         return
-    table = Table("model", "parameters", "AU-ROC", "columns")
+    table = Table("model", "parameters", f"AU-ROC, {TITLES[index.rows]}", "columns")
     for name, presets in sizes.items():
         counts = "\n".join(f"{preset}: {count:,}" for preset, count in presets.items())
         scores = [
