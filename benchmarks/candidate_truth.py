@@ -90,7 +90,7 @@ def known(data: Path, split: str, rows: NDArray[np.int64]) -> Mask:
 
 
 @dataclass(frozen=True)
-class References:
+class ModelFreeRanks:
     """What ranks without a model, (N, K): the laser scan, and nothing but the velocity."""
 
     scan: Floats
@@ -120,14 +120,14 @@ def scan_ways(data: Path, split: str, rows: NDArray[np.int64]) -> Ways:
     return Ways(robot, velocities, free)
 
 
-def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> References:
+def free_seconds(data: Path, split: str, rows: NDArray[np.int64]) -> ModelFreeRanks:
     """Seconds until the candidate meets something in the scan, at most the horizon's."""
     ways = scan_ways(data, split, rows)
     v, omega = np.moveaxis(ways.velocities, -1, 0)
     free = np.stack([way.length for way in ways.free]) / v
     horizon = read_index(data).configuration["dataset"]["horizon"]  # type: ignore[call-overload,index]
     longest = float(horizon["steps"]) * float(horizon["step_s"])  # type: ignore[index,arg-type,call-overload]
-    return References(np.minimum(free, longest), -v - np.abs(omega))
+    return ModelFreeRanks(np.minimum(free, longest), -v - np.abs(omega))
 
 
 def rank(through: Mask, least: Floats) -> Ranking:

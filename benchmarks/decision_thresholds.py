@@ -20,7 +20,7 @@ from graspe_data.arrays import Floats, Mask
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
 from planners.arc_distance import admissible
-from planners.graspe_planner import GraspeSettings
+from planners.graspe_planner import GraspePlannerSettings
 
 BANDS = (0.0, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.8, 1.0)
 E_TH = (0.5, 0.6, 0.7, 0.8, 0.9)
@@ -52,7 +52,7 @@ def main() -> int:
 
 def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Mask, Floats]:
     """Whether the scan bars each candidate (N, K), as the planner judges; and r_point (N,)."""
-    ways, reaction_s = scan_ways(data, split, rows), GraspeSettings().reaction_s
+    ways, reaction_s = scan_ways(data, split, rows), GraspePlannerSettings().reaction_s
     admitted = [
         admissible(asked, way, ways.robot.limits, reaction_s)
         for asked, way in zip(ways.velocities, ways.free, strict=True)

@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from benchmarks.field_premise import CONDITIONS, FIRST_SEED, Moment, changed, moments
+from benchmarks.field_premise import CONDITIONS, FIRST_SEED, DriveMoment, changed, moments
 from graspe_data.simulation.camera.lens_cover import LensCover
 from graspe_data.simulation.scenario import load_scenario
 from graspe_data.simulation.simulated_drive import simulate_drive
 
 
 @dataclass(frozen=True)
-class Scene:
+class Shot:
     """Which moment of a scenario to show: in tall grass or not, at which rank of r_point."""
 
     scenario: str
@@ -26,11 +26,11 @@ class Scene:
     rank: float = 0.5
 
 
-SCENES = (
-    Scene("yard", "between walls"),
-    Scene("woodland", "among trunks"),
-    Scene("graspe_3_tall_grass", "in tall grass", in_grass=True),
-    Scene("graspe_2_hanging_leaves", "under hanging leaves", rank=0.1),
+SHOTS = (
+    Shot("yard", "between walls"),
+    Shot("woodland", "among trunks"),
+    Shot("graspe_3_tall_grass", "in tall grass", in_grass=True),
+    Shot("graspe_2_hanging_leaves", "under hanging leaves", rank=0.1),
 )
 NOT_SHOWN = ("lens covered by half",)
 REACH_M = 12.0
@@ -54,16 +54,16 @@ def light_figure() -> Figure:
 
 def structure_figure() -> Figure:
     """Scenes of falling structure: the picture above, its cloud from above below."""
-    figure, axes = _grid(2, len(SCENES), 5.6)
-    for column, scene in enumerate(SCENES):
+    figure, axes = _grid(2, len(SHOTS), 5.6)
+    for column, scene in enumerate(SHOTS):
         moment = _moment(scene)
         axes[column].imshow(moment.picture)
         axes[column].set_title(scene.title, fontsize=10)
-        _from_above(axes[len(SCENES) + column], moment)
+        _from_above(axes[len(SHOTS) + column], moment)
     return figure
 
 
-def _moment(scene: Scene) -> Moment:
+def _moment(scene: Shot) -> DriveMoment:
     scenario, robot = load_scenario(scene.scenario)
     longer = scenario.model_copy(update={"duration_s": DRIVE_S})
     seen = [
@@ -74,7 +74,7 @@ def _moment(scene: Scene) -> Moment:
     return sorted(seen, key=lambda moment: moment.r_point)[int(scene.rank * len(seen))]
 
 
-def _from_above(axis: Axes, moment: Moment) -> None:
+def _from_above(axis: Axes, moment: DriveMoment) -> None:
     points = moment.points
     ahead = points["x"] > 0
     axis.scatter(

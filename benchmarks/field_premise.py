@@ -55,7 +55,7 @@ CONDITIONS = (
 
 
 @dataclass(frozen=True)
-class Moment:
+class DriveMoment:
     """One moment of a drive: what the sensors saw and what it is worth."""
 
     picture: NDArray[np.uint8]
@@ -65,7 +65,7 @@ class Moment:
     in_grass: bool
 
 
-def moments(simulated: SimulatedDrive, cover: LensCover | None = None) -> Iterator[Moment]:
+def moments(simulated: SimulatedDrive, cover: LensCover | None = None) -> Iterator[DriveMoment]:
     """Look at the world every three seconds of a drive."""
     generator = np.random.default_rng(simulated.seed)
     driven, grass = simulated.driven, simulated.world.obstacles.having("slows")
@@ -76,7 +76,7 @@ def moments(simulated: SimulatedDrive, cover: LensCover | None = None) -> Iterat
         twist = (np.array([speed, 0.0, 0.0]), driven.gyro[step])
         picture = simulated.camera.picture(pose, twist, generator, cover)
         points = simulated.lidar.turn(float(time_s), driven.base_pose, generator)
-        yield Moment(
+        yield DriveMoment(
             picture,
             points,
             image_reliability(picture, ImageReliabilitySettings()).r_img,

@@ -21,8 +21,8 @@ from pipelines.executors import Workers, run_all
 from pipelines.index import dataset_index, recording_entry, refused_entry
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
 from pipelines.row_columns import row_columns
-from pipelines.same_drives import Drive
-from pipelines.splits import Placement, place_recordings
+from pipelines.same_drives import DriveIdentity
+from pipelines.splits import SplitPlacement, place_recordings
 from pipelines.stages.shard import EpisodeSource, ShardTask, make_shard, plan_shards
 
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
@@ -136,17 +136,19 @@ def _same(episode: Episode, first: Episode) -> Refusal:
     return Refusal(episode.path, episode.digest, f"{name}: {same}", counted_as=other)
 
 
-def _drive(episode: Episode) -> Drive:
-    return Drive(episode.path.name, episode.digest, episode.extracted.content, episode.files)
+def _drive(episode: Episode) -> DriveIdentity:
+    return DriveIdentity(
+        episode.path.name, episode.digest, episode.extracted.content, episode.files
+    )
 
 
 def _placed(
     recipe: DatasetRecipe, episodes: Sequence[Episode]
-) -> tuple[list[Episode], list[Placement], list[Refusal]]:
+) -> tuple[list[Episode], list[SplitPlacement], list[Refusal]]:
     """Episodes with the group and split of each; refused are those that declared groups tear."""
     dataset = recipe.dataset
     kept: list[Episode] = []
-    placements: list[Placement] = []
+    placements: list[SplitPlacement] = []
     refused: list[Refusal] = []
     drives = [_drive(episode) for episode in episodes]
     placed = place_recordings(drives, dataset.split, dataset.seed)

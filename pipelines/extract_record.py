@@ -14,7 +14,7 @@ from pipelines.stage_record import StageRecord
 
 
 class LossRecord(Settings):
-    """What a damaged recording no longer yields; see ``graspe_data.recordings.Loss``."""
+    """What a damaged recording no longer yields; see ``graspe_data.recordings.Damage``."""
 
     reason: str
     topic: str | None

@@ -11,11 +11,11 @@ from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, ShardFile
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.process_recording import Episode, Refusal
-from pipelines.splits import Placement, split_of
+from pipelines.splits import SplitPlacement, split_of
 from pipelines.statistics import episode_statistics
 
 
-def recording_entry(episode: Episode, placement: Placement) -> RecordingEntry:
+def recording_entry(episode: Episode, placement: SplitPlacement) -> RecordingEntry:
     """What a dataset keeps of a recording that was read."""
     extracted, labelled = episode.extracted, episode.labelled
     losses = [loss.model_dump(mode="json") for loss in extracted.losses]

@@ -15,7 +15,7 @@ from graspe_data.recordings.parts import LITTLE_NS, NumberedFile, numbered_file
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveIdentity:
     """A recording as the split sees it: its name, its files' names and its two identities."""
 
     name: str
@@ -42,7 +42,7 @@ OVERLAP = "holds the same measurements as"
 ONE_RUN = "is a part of one run with"
 
 
-def find_links(drives: Sequence[Drive]) -> list[Link]:
+def find_links(drives: Sequence[DriveIdentity]) -> list[Link]:
     """The pairs of recordings that must not be on two sides of a split."""
     overlapping = _overlapping(drives)
     links = [Link(one, other, OVERLAP) for one, other in overlapping]
@@ -50,14 +50,14 @@ def find_links(drives: Sequence[Drive]) -> list[Link]:
     return links
 
 
-def _overlapping(drives: Sequence[Drive]) -> list[tuple[int, int]]:
+def _overlapping(drives: Sequence[DriveIdentity]) -> list[tuple[int, int]]:
     pairs = {*_sharing(drives, "image"), *_sharing(drives, "points")}
     return sorted(
         (one, other) for one, other in pairs if drives[one].content.overlaps(drives[other].content)
     )
 
 
-def _sharing(drives: Sequence[Drive], kind: str) -> Iterator[tuple[int, int]]:
+def _sharing(drives: Sequence[DriveIdentity], kind: str) -> Iterator[tuple[int, int]]:
     """The pairs that have a fingerprint in common, found by sorting all of them once."""
     found = [np.array(drive.content.fingerprints.get(kind, ()), np.uint64) for drive in drives]
     owners = np.repeat(np.arange(len(drives)), [len(one) for one in found])
@@ -77,7 +77,7 @@ def _runs_of_equals(values: NDArray[np.uint64]) -> Iterator[tuple[int, int]]:
             yield start, stop
 
 
-def _runs(drives: Sequence[Drive]) -> Iterator[tuple[int, int]]:
+def _runs(drives: Sequence[DriveIdentity]) -> Iterator[tuple[int, int]]:
     """Pairs of numbered recordings of one name between which a part is missing or nothing is."""
     families: dict[tuple[str, str], list[tuple[NumberedFile, NumberedFile, int]]] = {}
     for place, drive in enumerate(drives):

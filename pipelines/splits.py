@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from pipelines.dataset_settings import Split, SplitSettings
-from pipelines.same_drives import Drive, find_links
+from pipelines.same_drives import DriveIdentity, find_links
 
 DIGEST_RANGE = 2.0**64
 
 
 @dataclass(frozen=True)
-class Placement:
+class SplitPlacement:
     """The group and the split of a recording, and what else of its drive there is."""
 
     group: str
@@ -40,8 +40,8 @@ def split_of(
 
 
 def place_recordings(
-    drives: Sequence[Drive], settings: SplitSettings, seed: int
-) -> list[Placement | str]:
+    drives: Sequence[DriveIdentity], settings: SplitSettings, seed: int
+) -> list[SplitPlacement | str]:
     """The place of each recording, in the order given; the reason in words where it has none.
 
     Recordings of one drive are in one group, hence in one split. A declared group takes with it
@@ -73,7 +73,7 @@ def place_recordings(
     ]
 
 
-def _names(drives: Sequence[Drive], numbers: set[int]) -> tuple[str, ...]:
+def _names(drives: Sequence[DriveIdentity], numbers: set[int]) -> tuple[str, ...]:
     return tuple(sorted(drives[number].name for number in numbers))
 
 
@@ -109,7 +109,7 @@ class _Groups:
             for group in settings.groups
         }
 
-    def add(self, drives: Sequence[Drive], number: int, near: dict[int, str]) -> str | None:
+    def add(self, drives: Sequence[DriveIdentity], number: int, near: dict[int, str]) -> str | None:
         """Add a recording and what it is linked to; or say why its groups cannot be one."""
         drive = drives[number]
         group = self._settings.group_of(drive.name)
@@ -130,13 +130,18 @@ class _Groups:
         self._of_recording[drive.digest] = merged
         return None
 
-    def placement(self, drive: Drive, linked: tuple[str, ...], seed: int) -> Placement:
+    def placement(self, drive: DriveIdentity, linked: tuple[str, ...], seed: int) -> SplitPlacement:
         union, group = self._of_recording[drive.digest], self._settings.group_of(drive.name)
         split = union.split or _drawn(union.name, self._settings, seed)
-        return Placement(group.name if group else union.name, split, linked)
+        return SplitPlacement(group.name if group else union.name, split, linked)
 
     def _conflict(
-        self, drive: Drive, other: Drive, so_far: Sequence[_Union], union: _Union, reason: str
+        self,
+        drive: DriveIdentity,
+        other: DriveIdentity,
+        so_far: Sequence[_Union],
+        union: _Union,
+        reason: str,
     ) -> str | None:
         before = next((known for known in so_far if known.split), None)
         if before is None or union.split in (None, before.split):

@@ -16,13 +16,13 @@ from planners.goal import goal_in_base, heading_error
 from planners.obstacles import ObstacleSource
 from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
-from planners.velocity_window import WindowSettings, velocity_window
+from planners.velocity_window import VelocityWindowSettings, velocity_window
 
 
 class FoxSettings(Settings):
     """The window, the objective and the robot's shape."""
 
-    window: WindowSettings = WindowSettings()
+    window: VelocityWindowSettings = VelocityWindowSettings()
     weights: FoxWeights = FoxWeights()
     turn: TurnSettings = TurnSettings()
     body: BodySettings = BodySettings()

@@ -15,7 +15,7 @@ from planners.goal import goal_in_base, heading_error
 from planners.obstacles import ObstacleSource
 from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
-from planners.velocity_window import WindowSettings, velocity_window
+from planners.velocity_window import VelocityWindowSettings, velocity_window
 
 Weight = Annotated[float, Field(ge=0)]
 
@@ -23,7 +23,7 @@ Weight = Annotated[float, Field(ge=0)]
 class LabSettings(Settings):
     """Gains, roll-out and radius; the defaults are those of the groups' code for Spot."""
 
-    window: WindowSettings = WindowSettings()
+    window: VelocityWindowSettings = VelocityWindowSettings()
     turn: TurnSettings = TurnSettings()
     to_goal: Weight = 5.0
     """Of the distance in metres from the roll-out's end to the goal."""

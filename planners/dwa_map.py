@@ -17,7 +17,7 @@ from planners.goal import goal_in_base, goal_seen_from, heading_error
 from planners.map_roll_outs import MapRollOuts
 from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
-from planners.velocity_window import WindowSettings, velocity_window
+from planners.velocity_window import VelocityWindowSettings, velocity_window
 
 Weight = Annotated[float, Field(ge=0)]
 
@@ -28,7 +28,7 @@ _CRAWLS = 3
 class MapDwaSettings(Settings):
     """Gains, roll-out and body; the gains but ``obstacle`` are those of the groups' for Spot."""
 
-    window: WindowSettings = WindowSettings()
+    window: VelocityWindowSettings = VelocityWindowSettings()
     turn: TurnSettings = TurnSettings()
     body: BodySettings = BodySettings(count=5, margin=0.0)
     """The discs that run over the map."""

@@ -22,7 +22,7 @@ _LOOKED_AT = 4096
 
 
 @dataclass
-class _Seen:
+class _Sighting:
     """A content: the stamp with which it came last, and the way driven when it came first."""
 
     stamp_ns: int
@@ -42,7 +42,7 @@ class FrozenWatch:
         self._longest_m = longest_m
         self._told, self._driven, self._asked_ns = 0.0, 0.0, 0
         self._pose: Pose | None = None
-        self._seen: dict[str, OrderedDict[bytes, _Seen]] = {}
+        self._seen: dict[str, OrderedDict[bytes, _Sighting]] = {}
 
     def frozen(self, situation: Situation, commanded: tuple[float, float], *, picture: bool) -> str:
         """What is frozen, in words; empty where nothing is.
@@ -84,7 +84,7 @@ class FrozenWatch:
         known = self._seen.setdefault(name, OrderedDict())
         found = known.get(content)
         if found is None:
-            known[content] = _Seen(stamp_ns, way)
+            known[content] = _Sighting(stamp_ns, way)
             while len(known) > last:
                 known.popitem(last=False)
             return ""

@@ -22,7 +22,7 @@ from planners.situation import Command, Considered, Situation
 from planners.turning import TurnSettings, turns_on_the_spot
 from planners.velocity_window import (
     VelocityWindow,
-    WindowSettings,
+    VelocityWindowSettings,
     stays_in_view,
     velocity_window,
     view_bearings,
@@ -31,10 +31,10 @@ from planners.velocity_window import (
 Threshold = Annotated[float, Field(ge=0, le=1)]
 
 
-class GraspeSettings(Settings):
+class GraspePlannerSettings(Settings):
     """The window, the objective, the robot's shape; thresholds of None are the bundle's."""
 
-    window: WindowSettings = WindowSettings()
+    window: VelocityWindowSettings = VelocityWindowSettings()
     weights: FoxWeights = FoxWeights()
     turn: TurnSettings = TurnSettings()
     body: BodySettings = BodySettings()
@@ -57,7 +57,7 @@ class GraspePlanner:
     needs_picture = True
 
     def __init__(
-        self, robot: Robot, scorer: Scorer, settings: GraspeSettings | None = None
+        self, robot: Robot, scorer: Scorer, settings: GraspePlannerSettings | None = None
     ) -> None:
         """Take the robot, and the scorer of a bundle that was made for it.
 
@@ -66,7 +66,7 @@ class GraspePlanner:
         """
         check_robot(scorer.contract, robot, scorer.calibration, scorer.match)
         self._scorer, self._limits = scorer, robot.limits
-        self._settings = settings or GraspeSettings()
+        self._settings = settings or GraspePlannerSettings()
         decision = scorer.contract.decision
         acceptance, reliability = self._settings.acceptance, self._settings.reliability
         self._e_th = decision.acceptance if acceptance is None else acceptance

@@ -8,7 +8,7 @@ from graspe_data.calibration import Calibration, calibration_of
 from graspe_data.robot import Robot, load_robot
 from planners.bundle import load_bundle
 from planners.fitness import GuardSettings
-from planners.graspe_planner import GraspePlanner, GraspeSettings
+from planners.graspe_planner import GraspePlanner, GraspePlannerSettings
 from planners.guarded import Guarded
 from planners.scorer import Scorer
 
@@ -18,7 +18,7 @@ def load_planner(
     robot: str | Path | Robot,
     *,
     calibration: Calibration | None = None,
-    settings: GraspeSettings | None = None,
+    settings: GraspePlannerSettings | None = None,
     guard: GuardSettings | None = None,
     threads: int = 1,
 ) -> Guarded:

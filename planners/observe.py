@@ -54,7 +54,7 @@ class DrawnTrajectories:
 
 
 @dataclass(frozen=True)
-class Observation:
+class ObservedRow:
     """One observation.
 
     ``columns``: the columns of a row, each with a leading axis of 1: image, points, point_count,
@@ -72,7 +72,7 @@ class Observation:
         return np.asarray(self.columns["laser_scan"][0], np.float32)
 
 
-class Observer:
+class RowObserver:
     """Derives observations for one bundle on one robot."""
 
     def __init__(
@@ -113,7 +113,7 @@ class Observer:
         """Of the picture as the model sees it, without distortion."""
         return self._rectifier.intrinsics
 
-    def observe(self, situation: Situation) -> Observation:
+    def observe(self, situation: Situation) -> ObservedRow:
         """The observation at the moment of the latest picture, as a row of the dataset has it.
 
         Raises:
@@ -148,7 +148,7 @@ class Observer:
             "r_img": np.array(r_img, np.float32),
             "r_point": np.array(r_point, np.float32),
         }
-        return Observation({name: value[None] for name, value in columns.items()}, r_img, r_point)
+        return ObservedRow({name: value[None] for name, value in columns.items()}, r_img, r_point)
 
     def history(self, situation: Situation) -> NDArray[np.float32]:
         """Velocities (H, 2) up to the latest picture; see ``motion_history``.

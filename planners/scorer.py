@@ -16,7 +16,7 @@ from graspe_data.robot import Intrinsics
 from graspe_data.sensor_data import Picture, PointCloud
 from planners.bundle import Bundle
 from planners.graph import Arrays
-from planners.observe import Observation, Observer
+from planners.observe import ObservedRow, RowObserver
 from planners.robot_check import MatchSettings, check_sensors
 from planners.situation import Situation
 
@@ -25,12 +25,12 @@ from planners.situation import Situation
 class Scene:
     """An observation and what the model made of it: any number of candidates can be judged."""
 
-    observation: Observation
+    observation: ObservedRow
     features: Arrays
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _SceneInputs:
     """Of what a scene was made."""
 
     picture: Picture | None
@@ -67,7 +67,7 @@ class Scorer:
         Args:
             bundle: The model.
             calibration: Of the robot.
-            source: See ``Observer``.
+            source: See ``RowObserver``.
             match: How far the robot may be from the bundle's.
 
         Raises:
@@ -77,8 +77,8 @@ class Scorer:
         self.match = match or MatchSettings()
         check_sensors(bundle.contract, calibration, self.match)
         self._bundle, self._calibration = bundle, calibration
-        self._observer = Observer(bundle.contract, calibration, source)
-        self._seen: _Seen | None = None
+        self._observer = RowObserver(bundle.contract, calibration, source)
+        self._seen: _SceneInputs | None = None
         self._taken = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
 
     @property
@@ -117,7 +117,7 @@ class Scorer:
             return self._seen.scene
         observation = self._observer.observe(situation)
         scene = Scene(observation, self._bundle.encode(observation.columns))
-        self._seen = _Seen(situation.picture, situation.cloud, history, scene)
+        self._seen = _SceneInputs(situation.picture, situation.cloud, history, scene)
         return scene
 
     def judge(self, scene: Scene, velocities: Floats) -> NDArray[np.float32]:

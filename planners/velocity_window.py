@@ -17,7 +17,7 @@ from graspe_data.robot import Intrinsics, Limits
 _TOLERANCE = 1e-9
 
 
-class WindowSettings(Settings):
+class VelocityWindowSettings(Settings):
     """The lattice of velocities and the time in which they have to be reached."""
 
     interval_s: Annotated[float, Field(gt=0, le=10)] = 0.5
@@ -59,7 +59,7 @@ class VelocityWindow:
 
 
 def velocity_window(
-    limits: Limits, velocity: tuple[float, float], settings: WindowSettings
+    limits: Limits, velocity: tuple[float, float], settings: VelocityWindowSettings
 ) -> VelocityWindow:
     """V_s and V_d: within the limits, and within reach of the velocity driven now.
 

@@ -18,7 +18,7 @@ from graspe_data.inspection.topic_choice import NEEDED, odometry_edges
 from graspe_data.inspection.topic_content import Content
 from graspe_data.inspection.topic_statistics import TopicStatistics, topic_statistics
 from graspe_data.inspection.verdict import Verdict, verdict_of
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 from graspe_data.recordings.recording import Format, open_recording
 from graspe_data.robot import Robot
 from graspe_data.synchronisation.tracks import StampTrack
@@ -54,7 +54,7 @@ class Inspection:
     end_ns: int | None
     topics: tuple[TopicReport, ...]
     pairings: tuple[Pairing, ...]
-    losses: tuple[Loss, ...]
+    losses: tuple[Damage, ...]
     verdict: Verdict
     suggested: tuple[tuple[str, float], ...] = ()
     """Robot manifests that ship and fit, the best first, and the share of their topics found."""

@@ -15,7 +15,7 @@ from graspe_data.inspection.roles import Role, roles_of
 from graspe_data.inspection.topic_content import Content
 from graspe_data.inspection.topic_observers import MAXIMUM_EDGES, Observer, observer_of
 from graspe_data.recordings.decoding import decode_transforms
-from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
+from graspe_data.recordings.messages import Damage, RawMessage, TopicInfo
 from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import StampedTransform
 from graspe_data.synchronisation.tracks import StampTrack
@@ -50,7 +50,7 @@ class Survey:
     """All topics by name, what is lost, and the edges of tf that move, ``(parent, child)``."""
 
     topics: Mapping[str, TopicSurvey]
-    losses: tuple[Loss, ...]
+    losses: tuple[Damage, ...]
     moving: Mapping[tuple[str, str], StampTrack]
 
     def serving(self, role: Role) -> dict[str, TopicSurvey]:

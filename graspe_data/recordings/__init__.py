@@ -1,12 +1,12 @@
 """Open any recording, and decode its messages."""
 
 from graspe_data.recordings.identity import recording_digest
-from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
+from graspe_data.recordings.messages import Damage, RawMessage, TopicInfo
 from graspe_data.recordings.recording import Recording, open_recording
 from graspe_data.recordings.writing import RecordingWriter
 
 __all__ = [
-    "Loss",
+    "Damage",
     "RawMessage",
     "Recording",
     "RecordingWriter",

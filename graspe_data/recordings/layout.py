@@ -16,7 +16,7 @@ from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_file
 from graspe_data.recordings.containers.sqlite_recovery import log_beside, orphaned_log
 from graspe_data.recordings.message_types import normalise_type
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 from graspe_data.recordings.parts import join_parts, parts_of
 
 MAXIMUM_METADATA = 4 << 20
@@ -42,7 +42,7 @@ class Layout:
     counts: dict[str, int] = field(default_factory=dict)
     topics: dict[str, tuple[str, str]] = field(default_factory=dict)
     compressed_messages: bool | None = None
-    losses: list[Loss] = field(default_factory=list)
+    losses: list[Damage] = field(default_factory=list)
     temporary: Path | None = None
 
     def close(self) -> None:
@@ -57,7 +57,7 @@ def find_layout(path: Path) -> Layout:
     Raises:
         RecordingError: There is nothing, or nothing that is a recording.
     """
-    losses: list[Loss] = []
+    losses: list[Damage] = []
     files, metadata = _files_of(path, losses)
     temporary, readable = _decompressed(files, losses)
     formats = [_format_of(file) for file in readable]
@@ -72,7 +72,7 @@ def find_layout(path: Path) -> Layout:
         )
     for file, name in zip(readable, formats, strict=True):
         if name != known:
-            losses.append(Loss(f"{file.name}: is no {known} file, left out"))
+            losses.append(Damage(f"{file.name}: is no {known} file, left out"))
     kept = [file for file, name in zip(readable, formats, strict=True) if name == known]
     layout = Layout(path, files, known, kept, losses=losses, temporary=temporary)
     _note_metadata(layout, metadata)
@@ -96,7 +96,7 @@ def listed_with(file: Path) -> list[str]:
     return names if file.name in names else []
 
 
-def _files_of(path: Path, losses: list[Loss]) -> tuple[list[Path], dict[str, Any]]:
+def _files_of(path: Path, losses: list[Damage]) -> tuple[list[Path], dict[str, Any]]:
     """The files of a recording, and its metadata where that joins them."""
     if not path.exists():
         raise RecordingError(f"{path}: there is no such file or folder.")
@@ -119,7 +119,7 @@ def _listed(metadata: dict[str, Any]) -> list[str]:
     return [PurePosixPath(str(name)).name for name in listed] if isinstance(listed, list) else []
 
 
-def _read_metadata(folder: Path, losses: list[Loss]) -> dict[str, Any]:
+def _read_metadata(folder: Path, losses: list[Damage]) -> dict[str, Any]:
     path = folder / "metadata.yaml"
     if not path.is_file():
         return {}
@@ -132,7 +132,7 @@ def _read_metadata(folder: Path, losses: list[Loss]) -> dict[str, Any]:
             raise TypeError("not a mapping")  # noqa: TRY301
     except Exception as error:  # noqa: BLE001 - whatever a broken document leads to
         reason = (str(error).splitlines() or [""])[0]
-        losses.append(Loss(f"metadata.yaml: cannot be read ({reason}); files taken by name"))
+        losses.append(Damage(f"metadata.yaml: cannot be read ({reason}); files taken by name"))
         return {}
     return metadata
 
@@ -141,7 +141,7 @@ def _loader() -> type[yaml.SafeLoader]:
     return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> list[Path]:
+def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Damage]) -> list[Path]:
     """The files that the metadata lists, else all, ``name_2`` before ``name_10``."""
     named = _listed(metadata)
     found = sorted(
@@ -150,7 +150,7 @@ def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> lis
     )
     there = {file.name: file for file in found}
     missing = [name for name in named if name not in there]
-    losses += [Loss(f"{name}: listed in metadata.yaml, not in the folder") for name in missing]
+    losses += [Damage(f"{name}: listed in metadata.yaml, not in the folder") for name in missing]
     files = [there[name] for name in dict.fromkeys(named) if name in there] or found
     if not files:
         raise RecordingError(
@@ -160,7 +160,7 @@ def _files_in(folder: Path, metadata: dict[str, Any], losses: list[Loss]) -> lis
     return files if (folder / "metadata.yaml").exists() else _the_one(folder, files, losses)
 
 
-def _the_one(folder: Path, files: list[Path], losses: list[Loss]) -> list[Path]:
+def _the_one(folder: Path, files: list[Path], losses: list[Damage]) -> list[Path]:
     """The files of the only recording of a folder that nothing but their names and times joins."""
     recordings = join_parts(files)
     if len(recordings) > 1:
@@ -177,7 +177,7 @@ def _parts(name: str) -> list[str]:
     return re.split(r"([0-9]+)", name)
 
 
-def _decompressed(files: Sequence[Path], losses: list[Loss]) -> tuple[Path | None, list[Path]]:
+def _decompressed(files: Sequence[Path], losses: list[Damage]) -> tuple[Path | None, list[Path]]:
     if not any(_magic(file).startswith(ZSTD_MAGIC) for file in files):
         return None, list(files)
     folder = Path(tempfile.mkdtemp(prefix="graspe-"))
@@ -188,7 +188,7 @@ def _decompressed(files: Sequence[Path], losses: list[Loss]) -> tuple[Path | Non
             if _magic(file).startswith(ZSTD_MAGIC):
                 target = folder / f"{number}_{file.name.removesuffix('.zstd')}"
                 if fault := decompress_file(file, target):
-                    losses.append(Loss(f"{file.name}: the zstd file {fault}"))
+                    losses.append(Damage(f"{file.name}: the zstd file {fault}"))
             readable.append(target)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
@@ -224,7 +224,7 @@ def _note_metadata(layout: Layout, metadata: dict[str, Any]) -> None:
         layout.compressed_messages = True if kind == "zstd" else None
         if kind != "zstd":
             reason = f"its messages are compressed by {kind[:20]!r}, of which only zstd is read"
-            layout.losses.append(Loss(f"metadata.yaml: {reason}"))
+            layout.losses.append(Damage(f"metadata.yaml: {reason}"))
     entries = metadata.get("topics_with_message_count")
     for entry in entries if isinstance(entries, list) else []:
         try:
@@ -234,4 +234,4 @@ def _note_metadata(layout: Layout, metadata: dict[str, Any]) -> None:
             layout.topics[name] = (normalise_type(str(topic["type"])), encoding)
             layout.counts[name] = layout.counts.get(name, 0) + max(0, int(count))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
-            layout.losses.append(Loss("metadata.yaml: an entry of its topics is broken"))
+            layout.losses.append(Damage("metadata.yaml: an entry of its topics is broken"))

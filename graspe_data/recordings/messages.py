@@ -35,7 +35,7 @@ class TopicInfo:
 
 
 @dataclass(frozen=True)
-class Loss:
+class Damage:
     """Something that a damaged recording no longer yields.
 
     ``topic`` is None where the damage cannot be told apart by topic. ``messages`` and ``seconds``

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from graspe_data.recordings.containers.ends import Ends, read_ends
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 SECOND = 1_000_000_000
 LITTLE_NS = SECOND
@@ -44,7 +44,7 @@ class Parts:
     """The files of one recording in their order; its name is that of the first."""
 
     files: tuple[Path, ...]
-    losses: tuple[Loss, ...] = ()
+    losses: tuple[Damage, ...] = ()
 
     @property
     def head(self) -> Path:
@@ -130,7 +130,7 @@ class _Chain:
     empty: bool
     longest_ns: int
     last_ns: int
-    losses: list[Loss] = field(default_factory=list)
+    losses: list[Damage] = field(default_factory=list)
 
     def take(self, part: NumberedFile, ends: Ends) -> bool:
         """Append a part where it goes on; False where it does not."""
@@ -141,7 +141,7 @@ class _Chain:
         note = self._note(part, ends, missing)
         if note is None:
             return False
-        self.losses += [Loss(note)] if note else []
+        self.losses += [Damage(note)] if note else []
         self.parts.append(part)
         self.types = {**ends.types, **self.types}
         if not ends.empty:

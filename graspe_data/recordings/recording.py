@@ -15,7 +15,7 @@ from graspe_data.recordings.containers.sqlite_storage import SqliteStorage
 from graspe_data.recordings.containers.storage import Channel, Storage
 from graspe_data.recordings.layout import Layout, find_layout
 from graspe_data.recordings.message_decoder import MessageDecoder
-from graspe_data.recordings.messages import Loss, RawMessage, TopicInfo
+from graspe_data.recordings.messages import Damage, RawMessage, TopicInfo
 
 Format = Literal["rosbag1", "sqlite3", "mcap"]
 
@@ -54,8 +54,8 @@ class Recording:
         self.files: list[Path] = list(layout.files)
         self.format: Format = layout.format
         self._layout = layout
-        self._opening: list[Loss] = list(layout.losses)
-        self._pass: list[Loss] = []
+        self._opening: list[Damage] = list(layout.losses)
+        self._pass: list[Damage] = []
         self._decoders: dict[Channel, MessageDecoder] = {}
         self._topic_decoders: dict[str, MessageDecoder] = {}
         self._definitions: set[str] = set()
@@ -66,7 +66,7 @@ class Recording:
         }
 
     @property
-    def losses(self) -> list[Loss]:
+    def losses(self) -> list[Damage]:
         """What is missing: found on opening, and in the last pass of `messages`."""
         return [*self._opening, *self._pass]
 
@@ -135,7 +135,7 @@ class Recording:
                 storages.append(self._open_storage(path))
             except RecordingError as error:
                 faults.append(error)
-                self._opening.append(Loss(str(error)))
+                self._opening.append(Damage(str(error)))
         if faults and not storages:
             raise faults[0]
         position = 0
@@ -188,7 +188,7 @@ class Recording:
         return TopicInfo(topic, channel.message_type, channel.encoding, total)
 
     def _messages(self, chosen: Collection[str]) -> Iterator[RawMessage]:
-        losses: list[Loss] = []
+        losses: list[Damage] = []
         self._pass = losses
         yielded: Counter[str] = Counter()
         for storage in self._storages:
@@ -197,7 +197,7 @@ class Recording:
                 yield message
         losses += list(self._undelivered(chosen, yielded, losses))
 
-    def _wanted(self, storage: Storage, chosen: Collection[str], losses: list[Loss]) -> set[int]:
+    def _wanted(self, storage: Storage, chosen: Collection[str], losses: list[Damage]) -> set[int]:
         """The channels of the chosen topics; a second type on a topic is a loss."""
         wanted = set()
         for number, channel in sorted(storage.channels.items()):
@@ -208,18 +208,18 @@ class Recording:
             elif channel.count != 0:
                 expected = self._channels[channel.topic].message_type
                 reason = f"also carries {channel.message_type}; only {expected} is read"
-                losses.append(Loss(f"{channel.topic}: {reason}", channel.topic, channel.count))
+                losses.append(Damage(f"{channel.topic}: {reason}", channel.topic, channel.count))
         return wanted
 
     def _undelivered(
-        self, chosen: Collection[str], yielded: Counter[str], losses: Collection[Loss]
-    ) -> Iterator[Loss]:
+        self, chosen: Collection[str], yielded: Counter[str], losses: Collection[Damage]
+    ) -> Iterator[Damage]:
         """Messages that metadata.yaml counts and no loss has explained yet."""
         for topic in sorted(chosen):
             explained = sum(loss.messages or 0 for loss in losses if loss.topic == topic)
             missing = self._layout.counts.get(topic, 0) - yielded[topic] - explained
             if missing > 0:
-                yield Loss("metadata.yaml counts messages that the files lack", topic, missing)
+                yield Damage("metadata.yaml counts messages that the files lack", topic, missing)
 
     def _reads_alike(self, channel: Channel) -> bool:
         expected = self._channels[channel.topic]

@@ -16,7 +16,7 @@ from graspe_data.recordings.decoding import (
 )
 from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
 from graspe_data.recordings.identity import ContentObserver
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.robot import BY_LIDAR, Robot, Topics
 from graspe_data.sensor_data import CameraCalibration, Motion
@@ -225,15 +225,15 @@ class _Pass:
             f"{self.recording.path}: no readable message on {', '.join(topics)}.{''.join(faults)}"
         )
 
-    def _losses(self) -> tuple[Loss, ...]:
+    def _losses(self) -> tuple[Damage, ...]:
         undecoded = [
-            Loss(f"does not decode; the first: {self.faults[topic]}", topic, count)
+            Damage(f"does not decode; the first: {self.faults[topic]}", topic, count)
             for topic, count in sorted(self.broken.items())
         ]
         topics = self.robot.topics
         optional = {"command": topics.command, "imu": topics.imu}
         absent = [
-            Loss(f"named as {role} in the robot manifest, not in the recording", topic)
+            Damage(f"named as {role} in the robot manifest, not in the recording", topic)
             for role, topic in optional.items()
             if topic is not None and topic not in self.recording.topics
         ]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from graspe_data.arrays import Floats, Mask, Stamps
 from graspe_data.recordings.identity import ContentIdentity
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 from graspe_data.sensor_data import CameraCalibration
 
 
@@ -133,7 +133,7 @@ class Tracks:
     edges: tuple[EdgeTrack, ...]
     image_frame: str
     points_frame: str
-    losses: tuple[Loss, ...]
+    losses: tuple[Damage, ...]
     camera_info_frame: str = ""
     picture_size: tuple[int, int] | None = None
     """Width and height of the first picture; None of a video, or where it does not decode."""

@@ -28,7 +28,7 @@ _HALVINGS = 60
 Count = Annotated[int, Field(ge=0)]
 
 
-class Calibration(Settings):
+class TemperatureScaling(Settings):
     """How logits become probabilities.
 
     Attributes:
@@ -60,7 +60,7 @@ class Uncalibrated(Settings):
     """Why logits are taken as they are.
 
     Attributes:
-        method: Named, beside that of :class:`Calibration`.
+        method: Named, beside that of :class:`TemperatureScaling`.
         reason: What the validation rows lack.
     """
 
@@ -74,7 +74,7 @@ class Uncalibrated(Settings):
 
 def fit_temperature(
     logits: ArrayLike, success: ArrayLike, mask: ArrayLike
-) -> Calibration | Uncalibrated:
+) -> TemperatureScaling | Uncalibrated:
     """Fit the temperature; the loss is convex in its reciprocal, so bisection finds the minimum.
 
     Args:
@@ -104,7 +104,7 @@ def fit_temperature(
         )
         return Uncalibrated(reason=reason)
     temperature = _minimum(z, y)
-    return Calibration(
+    return TemperatureScaling(
         temperature=temperature,
         at_bound=temperature in (COLDEST, HOTTEST),
         judged=z.size,

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import JsonValue
 
-from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
+from model_zoo.checkpoints.calibration import TemperatureScaling, Uncalibrated
 from model_zoo.checkpoints.config import CheckpointConfig
 
 _HISTORY = "history"
@@ -66,7 +66,7 @@ def render_card(
     recipe: Mapping[str, JsonValue],
     environment: Mapping[str, JsonValue],
     metrics: Mapping[str, JsonValue],
-    calibration: Calibration | Uncalibrated | None,
+    calibration: TemperatureScaling | Uncalibrated | None,
 ) -> str:
     """The card as Markdown."""
     columns = [f"| {c.name} | {c.dtype} | {c.shape or '()'} |" for c in config.columns]
@@ -93,8 +93,8 @@ def _beginning(config: CheckpointConfig) -> str:
     return f"\nIt goes on from the checkpoint `{begun.checkpoint}`, after {begun.step:,} steps."
 
 
-def _describe(calibration: Calibration | Uncalibrated | None) -> str:
-    if not isinstance(calibration, Calibration):
+def _describe(calibration: TemperatureScaling | Uncalibrated | None) -> str:
+    if not isinstance(calibration, TemperatureScaling):
         why = "" if calibration is None else f" {calibration.reason.capitalize()}."
         return f"None: probabilities are the sigmoid of the logits.{why}"
     bound = " It is the bound: the fit would go beyond." if calibration.at_bound else ""

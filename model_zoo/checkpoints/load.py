@@ -14,7 +14,7 @@ from torch import Tensor
 from graspe_data.documents import parse_document, parse_mapping
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import read_yaml
-from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
+from model_zoo.checkpoints.calibration import TemperatureScaling, Uncalibrated
 from model_zoo.checkpoints.config import (
     CHECKPOINT,
     WEIGHTS_FILE,
@@ -49,7 +49,7 @@ class Checkpoint:
     folder: Path
     model: SuccessModel
     config: CheckpointConfig
-    calibration: Calibration | None
+    calibration: TemperatureScaling | None
     recipe: Mapping[str, Any]
     metrics: Mapping[str, Any]
     digest: str
@@ -141,13 +141,13 @@ def load_checkpoint(path: Path | str) -> Checkpoint:
     )
 
 
-def _calibration(path: Path) -> tuple[Calibration | None, Uncalibrated | None]:
+def _calibration(path: Path) -> tuple[TemperatureScaling | None, Uncalibrated | None]:
     content = _json(path)
     if not content:
         return None, None
     if content.get("method") == "none":
         return None, _validated(path, Uncalibrated)
-    return _validated(path, Calibration), None
+    return _validated(path, TemperatureScaling), None
 
 
 def _recipe(folder: Path) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from graspe_data.columns import Column
 from graspe_data.documents import canonical_json
 from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
-from model_zoo.checkpoints.calibration import Calibration, Uncalibrated
+from model_zoo.checkpoints.calibration import TemperatureScaling, Uncalibrated
 from model_zoo.checkpoints.card import render_card
 from model_zoo.checkpoints.config import (
     CHECKPOINT,
@@ -42,7 +42,7 @@ def write_checkpoint(
     recipe: Mapping[str, JsonValue],
     dataset_digest: str,
     metrics: Mapping[str, JsonValue],
-    calibration: Calibration | Uncalibrated | None,
+    calibration: TemperatureScaling | Uncalibrated | None,
     assumptions: Assumptions | None = None,
     begins_from: Beginning | None = None,
     lineage: Lineage | None = None,

@@ -8,7 +8,7 @@ import numpy as np
 from lightning_fabric import Fabric
 from pydantic import JsonValue
 
-from model_zoo.checkpoints.calibration import Calibration, Uncalibrated, fit_temperature
+from model_zoo.checkpoints.calibration import TemperatureScaling, Uncalibrated, fit_temperature
 from model_zoo.checkpoints.write import write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.metrics import METRICS
@@ -27,7 +27,7 @@ def publish(
     state: TrainingState,
     folder: Path,
     progress: TrainingProgress,
-) -> Calibration | Uncalibrated:
+) -> TemperatureScaling | Uncalibrated:
     """Score the model on the validation rows and write its checkpoint.
 
     Rank 0 writes; all go on once it is there.
@@ -71,7 +71,7 @@ def publish(
 
 def _metrics(
     predictions: Predictions,
-    calibration: Calibration | Uncalibrated,
+    calibration: TemperatureScaling | Uncalibrated,
     state: TrainingState,
     halves: str,
 ) -> dict[str, JsonValue]:
@@ -79,7 +79,7 @@ def _metrics(
 
     All but ``loss``, which is that of the epoch, are of the calibrated model.
     """
-    temperature = calibration.temperature if isinstance(calibration, Calibration) else 1.0
+    temperature = calibration.temperature if isinstance(calibration, TemperatureScaling) else 1.0
     logits, *labels = predictions.of(predictions.selecting)
     scored = (logits / temperature, *labels)
     timing = {"seconds", "samples_per_s", "data_wait_share"}
@@ -97,7 +97,7 @@ def _metrics(
 
 
 def summarise(
-    state: TrainingState, recipe: Recipe, steps: int, calibration: Calibration | Uncalibrated
+    state: TrainingState, recipe: Recipe, steps: int, calibration: TemperatureScaling | Uncalibrated
 ) -> str:
     """Why it ended, its best epoch, and how probabilities come of its logits."""
     best = state.history[best_epoch(state.history)]

@@ -21,7 +21,7 @@ from graspe_data.inspection.topic_content import (
 )
 from graspe_data.inspection.topic_statistics import Skew, TopicStatistics
 from graspe_data.inspection.verdict import Verdict
-from graspe_data.recordings import Loss
+from graspe_data.recordings import Damage
 
 _LATEST_DATE_NS: Final = 4_102_444_800 * 1_000_000_000
 _MILLISECONDS_BELOW_S: Final = 0.5
@@ -149,7 +149,7 @@ def _skew(skew: Skew) -> str:
     return f"bag time - stamp in {unit}: median {median}, {within}, {drift}"
 
 
-def _loss(loss: Loss) -> str:
+def _loss(loss: Damage) -> str:
     known = [loss.topic or ""]
     known.append("" if loss.messages is None else f"{loss.messages} messages")
     known.append("" if loss.seconds is None else f"{loss.seconds:.1f} s")

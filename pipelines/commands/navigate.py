@@ -21,7 +21,7 @@ from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
-    from pipelines.trials.results import Cell
+    from pipelines.trials.results import TrialGroup
     from pipelines.trials.trial import Trial
 
 app = typer.Typer(no_args_is_help=True, help="Let planners drive in the simulated field.")
@@ -145,7 +145,7 @@ def _print(done: list[Trial]) -> None:
     Console().print(table)
 
 
-def _figures(cell: Cell) -> tuple[str, str, str]:
+def _figures(cell: TrialGroup) -> tuple[str, str, str]:
     low, high = cell.interval
     length = "" if cell.normalised_length is None else f"{cell.normalised_length:.2f}"
     ends = [f"{count} {end}" for end, count in cell.outcomes.items() if end != "success"]

@@ -43,7 +43,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Histogram:
+class RowHistogram:
     """Rows in each bin, by split; ``edges`` (B + 1,) in the quantity's unit."""
 
     quantity: Quantity
@@ -53,7 +53,7 @@ class Histogram:
 
 def histograms(
     folder: Path, splits: Collection[str], quantities: Sequence[Quantity]
-) -> list[Histogram]:
+) -> list[RowHistogram]:
     """Count the rows of each split in each bin.
 
     Raises:
@@ -61,7 +61,9 @@ def histograms(
     """
     edges = _edges(folder, splits, quantities)
     made = [
-        Histogram(quantity, edges[quantity.column], {s: np.zeros(BINS, np.int64) for s in splits})
+        RowHistogram(
+            quantity, edges[quantity.column], {s: np.zeros(BINS, np.int64) for s in splits}
+        )
         for quantity in quantities
     ]
     for split in splits:
@@ -102,7 +104,7 @@ def split_colours(splits: Sequence[str]) -> dict[str, str]:
     }
 
 
-def histogram_svg(histogram: Histogram, colours: Mapping[str, str]) -> Markup:
+def histogram_svg(histogram: RowHistogram, colours: Mapping[str, str]) -> Markup:
     """Draw a histogram as SVG to put into a page; its lines and text take the page's colour."""
     style: Any = {
         "svg.fonttype": "none",
@@ -124,7 +126,7 @@ def histogram_svg(histogram: Histogram, colours: Mapping[str, str]) -> Markup:
     return _for_page(buffer.getvalue(), histogram.quantity.column)
 
 
-def _draw(axes: Axes, histogram: Histogram, colours: Mapping[str, str]) -> None:
+def _draw(axes: Axes, histogram: RowHistogram, colours: Mapping[str, str]) -> None:
     for split, counts in histogram.counts.items():
         share = counts / max(1, counts.sum())
         axes.stairs(share, histogram.edges, fill=True, color=colours[split], alpha=0.2)

@@ -12,7 +12,7 @@ import numpy as np
 from graspe_data.calibration import StoredTransform, stored
 from graspe_data.documents import file_digest
 from graspe_data.geometry import Transform
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 from graspe_data.recordings.recording import open_recording
 from graspe_data.robot import Vector3
 from graspe_data.synchronisation.row_plan import RowPlan
@@ -90,7 +90,7 @@ def extract(work: Work, folder: Path, key: str) -> ExtractRecord:
 EXTRACT = Stage("extract", 5, ExtractRecord, _parameters, extract)
 
 
-def _loss_record(loss: Loss, source: Path) -> LossRecord:
+def _loss_record(loss: Damage, source: Path) -> LossRecord:
     reason = loss.reason.replace(str(source), source.name)
     return LossRecord(reason=reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds)
 

@@ -20,7 +20,7 @@ from graspe_data.observation.undistortion import Rectifier, rectifier
 from graspe_data.recordings.decoding import PictureDecoder
 from graspe_data.recordings.decoding.lidars.cloud_source import CloudMessage, CloudSource
 from graspe_data.recordings.decoding.video import Outcome
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 from graspe_data.recordings.recording import Recording
 from graspe_data.sensor_data import Picture, PointCloud
 from graspe_data.synchronisation.camera_check import camera_intrinsics
@@ -72,7 +72,7 @@ class SecondPass:
         self._scale = self._intensity_scale() if wanted.any() else None
         self._mounts: list[Transform] = []
         self._cloud_ns, self._cloud_number = _cloud_times(plan), -1
-        self.losses: list[Loss] = []
+        self.losses: list[Damage] = []
 
     @property
     def base_from_lidar(self) -> Transform | None:
@@ -175,7 +175,7 @@ class SecondPass:
     def _lost(self, topic: str, reason: str, detail: str) -> str:
         """Keep the first fault of a topic, and give the reason."""
         if all(loss.topic != topic for loss in self.losses):
-            self.losses.append(Loss(f"{reason}; the first: {detail}", topic))
+            self.losses.append(Damage(f"{reason}; the first: {detail}", topic))
         return reason
 
     def _picture_columns(self, picture: Picture) -> Values | str:

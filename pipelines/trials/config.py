@@ -12,7 +12,7 @@ from pipelines.trials.map_methods import MapSettings
 from pipelines.trials.settings import TrialSettings
 from planners.dwa_fox import FoxSettings
 from planners.dwa_lab import LabSettings
-from planners.graspe_planner import GraspeSettings
+from planners.graspe_planner import GraspePlannerSettings
 
 
 class TrialConfig(Settings):
@@ -26,7 +26,7 @@ class TrialConfig(Settings):
     """Of the method ``dwa_lab``."""
     maps: MapSettings = MapSettings()
     """Of the methods that drive by a map."""
-    graspe: GraspeSettings = GraspeSettings()
+    graspe: GraspePlannerSettings = GraspePlannerSettings()
     """Of all methods with a bundle."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from graspe_data.arrays import Floats
 from graspe_data.simulation.motion.drive import STEP_S
 from graspe_data.simulation.motion.footprint import clearance
-from pipelines.trials.logbook import MOVES_ON, Entry, Logbook
+from pipelines.trials.logbook import MOVES_ON, Logbook, LogEntry
 from pipelines.trials.trial import Failure, FailureKind, Outcome, Pose
 
 HORIZON_S = 3.0
@@ -55,12 +55,12 @@ def explain(
     )
 
 
-def _contact(logbook: Logbook, recent: list[Entry]) -> FailureKind:
+def _contact(logbook: Logbook, recent: list[LogEntry]) -> FailureKind:
     believed = np.array([entry.predicted is not None for entry in recent])
     return "perception" if (believed & ~logbook.free(recent)).any() else "planner"
 
 
-def _standstill(logbook: Logbook, entries: list[Entry]) -> FailureKind:
+def _standstill(logbook: Logbook, entries: list[LogEntry]) -> FailureKind:
     waiting = [entry for entry in entries if not entry.moves_on]
     if len(waiting) < len(entries) / 2:
         return "planner"
@@ -69,7 +69,7 @@ def _standstill(logbook: Logbook, entries: list[Entry]) -> FailureKind:
     return kinds.most_common(1)[0][0]
 
 
-def _waits_for(logbook: Logbook, entry: Entry) -> FailureKind:
+def _waits_for(logbook: Logbook, entry: LogEntry) -> FailureKind:
     """Why a command did not ask the robot to move on."""
     scored = entry.scored
     onward = np.empty((0, 2)) if scored is None else scored.velocities

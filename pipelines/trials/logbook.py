@@ -18,7 +18,7 @@ MOVES_ON = 0.05
 
 
 @dataclass(frozen=True)
-class Entry:
+class LogEntry:
     """One answer of a planner.
 
     ``step`` of the drive from which it was held; ``pose`` the true one then, x, y in metres and
@@ -62,15 +62,15 @@ class Logbook:
     world: World
     robot: Robot
     mechanics: MechanicsSettings
-    entries: list[Entry] = field(default_factory=list)
+    entries: list[LogEntry] = field(default_factory=list)
 
-    def free(self, entries: list[Entry]) -> Mask:
+    def free(self, entries: list[LogEntry]) -> Mask:
         """Whether the arcs that were asked for get through the world, bool (N,)."""
         poses = np.array([entry.pose for entry in entries]).reshape(-1, 3)
         velocities = np.array([entry.velocity for entry in entries]).reshape(-1, 2)
         return self._through(poses, velocities)
 
-    def free_candidates(self, entry: Entry, candidates: Floats) -> Mask:
+    def free_candidates(self, entry: LogEntry, candidates: Floats) -> Mask:
         """Whether arcs of velocities (K, 2) from there get through the world, bool (K,)."""
         return self._through(np.tile(np.array(entry.pose), (len(candidates), 1)), candidates)
 

@@ -17,7 +17,7 @@ WILSON_Z = 1.959964
 
 
 @dataclass(frozen=True)
-class Cell:
+class TrialGroup:
     """The trials of one method in one scenario, or of one method in several."""
 
     method: str
@@ -128,7 +128,7 @@ def _check_comparable(out: Path, paths: Sequence[Path], trials: Sequence[Trial])
                 )
 
 
-def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[Cell]:
+def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[TrialGroup]:
     """Count by method and scenario; methods in the order asked for, all by name for none.
 
     Raises:
@@ -142,7 +142,7 @@ def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[Cell]:
         )
     scenarios = sorted({trial.scenario for trial in trials})
     made = [
-        Cell(method, scenario, _of(trials, method, scenario))
+        TrialGroup(method, scenario, _of(trials, method, scenario))
         for method in dict.fromkeys(methods or there)
         for scenario in scenarios
     ]

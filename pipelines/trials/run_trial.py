@@ -13,7 +13,7 @@ from graspe_data.simulation.field import Field, part_generator
 from graspe_data.simulation.motion.drive import Drive
 from graspe_data.simulation.motion.drive_in_progress import DriveInProgress
 from graspe_data.simulation.scenario import Scenario
-from pipelines.trials.logbook import Entry, Logbook
+from pipelines.trials.logbook import Logbook, LogEntry
 from pipelines.trials.referee import Referee
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses, Situations
@@ -106,7 +106,7 @@ def run_trial(
     return Run(outcome, way.drive(), logbook)
 
 
-def _ask(planner: Planner, situation: Situation, way: DriveInProgress) -> Entry:
+def _ask(planner: Planner, situation: Situation, way: DriveInProgress) -> LogEntry:
     pose = way.state.pose
     begun = time.perf_counter()
     command = planner.command(situation)
@@ -114,4 +114,4 @@ def _ask(planner: Planner, situation: Situation, way: DriveInProgress) -> Entry:
     told = np.array([command.linear_velocity, command.yaw_rate])
     if not np.isfinite(told).all():
         raise StageError(f"The planner asked for {told} m/s and rad/s, which no robot can drive.")
-    return Entry(way.steps, pose, command, took)
+    return LogEntry(way.steps, pose, command, took)

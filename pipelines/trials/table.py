@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from io import StringIO
 from typing import Any
 
-from pipelines.trials.results import Cell
+from pipelines.trials.results import TrialGroup
 
 OUTCOMES = ("success", "collision", "stuck", "stalled", "left_arena", "timeout")
 KINDS = ("perception", "threshold", "planner", "world")
@@ -18,12 +18,12 @@ the 95 % interval (Wilson). All methods met the same seeds: worlds, slip, odomet
 """
 
 
-def table_records(table: Sequence[Cell]) -> list[dict[str, Any]]:
+def table_records(table: Sequence[TrialGroup]) -> list[dict[str, Any]]:
     """A record for each method and scenario."""
     return [_record(cell) for cell in table]
 
 
-def render_csv(table: Sequence[Cell]) -> str:
+def render_csv(table: Sequence[TrialGroup]) -> str:
     """The records as CSV; empty where there is no number."""
     records, text = table_records(table), StringIO()
     writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
@@ -32,7 +32,7 @@ def render_csv(table: Sequence[Cell]) -> str:
     return text.getvalue()
 
 
-def render_markdown(table: Sequence[Cell]) -> str:
+def render_markdown(table: Sequence[TrialGroup]) -> str:
     """Table I (success, length, time, collisions), Table II (rate), and why trials failed."""
     parts = [
         "# Navigation\n",
@@ -51,7 +51,7 @@ def render_markdown(table: Sequence[Cell]) -> str:
     return "\n".join(parts)
 
 
-def _record(cell: Cell) -> dict[str, Any]:
+def _record(cell: TrialGroup) -> dict[str, Any]:
     low, high = cell.interval
     median, late = cell.answer_s
     precision, recall, f_score = cell.map_shares
@@ -79,7 +79,7 @@ def _record(cell: Cell) -> dict[str, Any]:
     }
 
 
-def _seeds(table: Sequence[Cell]) -> list[str]:
+def _seeds(table: Sequence[TrialGroup]) -> list[str]:
     """A warning where methods did not meet the same seeds after all."""
     met: dict[str, set[frozenset[int]]] = {}
     for cell in table:
@@ -90,7 +90,7 @@ def _seeds(table: Sequence[Cell]) -> list[str]:
     return [f"**Not so in {', '.join(differing)}: some trials are missing.**\n"]
 
 
-def _maps(table: Sequence[Cell]) -> list[str]:
+def _maps(table: Sequence[TrialGroup]) -> list[str]:
     """The F-score of methods that drive by maps, and the time of a map; nothing without any."""
     drawn = [cell for cell in table if cell.map_ms is not None]
     if not drawn:
@@ -101,12 +101,12 @@ def _maps(table: Sequence[Cell]) -> list[str]:
     ]
 
 
-def _map_shares(cell: Cell) -> str:
+def _map_shares(cell: TrialGroup) -> str:
     precision, recall, f_score = (_text(share, 2) for share in cell.map_shares)
     return f"{f_score} ({precision}, {recall})"
 
 
-def _block(title: str, table: Sequence[Cell], show: Callable[[Cell], str]) -> str:
+def _block(title: str, table: Sequence[TrialGroup], show: Callable[[TrialGroup], str]) -> str:
     scenarios = sorted({cell.scenario for cell in table})
     shown = {(cell.method, cell.scenario): show(cell) for cell in table}
     rows = [
@@ -121,7 +121,7 @@ def _lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(row)} |\n" for row in (head, marks, *rows))
 
 
-def _rates(table: Sequence[Cell]) -> list[tuple[str, ...]]:
+def _rates(table: Sequence[TrialGroup]) -> list[tuple[str, ...]]:
     return [
         (
             whole.method,
@@ -134,7 +134,7 @@ def _rates(table: Sequence[Cell]) -> list[tuple[str, ...]]:
     ]
 
 
-def _ends(table: Sequence[Cell]) -> list[tuple[str, ...]]:
+def _ends(table: Sequence[TrialGroup]) -> list[tuple[str, ...]]:
     return [
         (
             whole.method,
@@ -145,21 +145,21 @@ def _ends(table: Sequence[Cell]) -> list[tuple[str, ...]]:
     ]
 
 
-def _wholes(table: Sequence[Cell]) -> list[Cell]:
+def _wholes(table: Sequence[TrialGroup]) -> list[TrialGroup]:
     """Each method over all scenarios."""
     return [
-        Cell(
+        TrialGroup(
             method, "all", tuple(t for cell in table if cell.method == method for t in cell.trials)
         )
         for method in _methods(table)
     ]
 
 
-def _methods(table: Sequence[Cell]) -> list[str]:
+def _methods(table: Sequence[TrialGroup]) -> list[str]:
     return list(dict.fromkeys(cell.method for cell in table))
 
 
-def _success(cell: Cell) -> str:
+def _success(cell: TrialGroup) -> str:
     low, high = (round(100 * end) for end in cell.interval)
     return f"{100 * cell.rate:.0f} ({low} to {high}; n = {len(cell.trials)})"
 

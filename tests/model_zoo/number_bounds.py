@@ -76,10 +76,12 @@ def _within(schema: Mapping[str, Any], known: Mapping[str, Any], place: Place) -
 
 
 def with_number(content: Mapping[str, Any], place: Place, value: object) -> dict[str, Any]:
-    """The settings with one number changed."""
+    """The settings with one number changed; what is switched off by None is switched on for it."""
     copied: Any = _plain(content)
     inner = copied
     for key in place[:-1]:
+        if inner[key] is None:
+            inner[key] = {}
         inner = inner[key]
     inner[place[-1]] = value
     found: dict[str, Any] = copied

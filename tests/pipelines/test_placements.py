@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from graspe_data.recordings.identity import ContentIdentity
 from pipelines.dataset_settings import Group, SplitSettings
-from pipelines.same_drives import Drive, find_links
-from pipelines.splits import Placement, place_recordings
+from pipelines.same_drives import DriveIdentity, find_links
+from pipelines.splits import SplitPlacement, place_recordings
 
 THIRDS = SplitSettings(train=0.5, validation=0.25, test=0.25)
 SECOND = 1_000_000_000
@@ -34,18 +34,18 @@ def measured(number: int, start: int, stop: int) -> ContentIdentity:
     )
 
 
-def drive(name: str, number: int, start: int = 0, stop: int = 60) -> Drive:
-    return Drive(name, sha(name), measured(number, start, stop))
+def drive(name: str, number: int, start: int = 0, stop: int = 60) -> DriveIdentity:
+    return DriveIdentity(name, sha(name), measured(number, start, stop))
 
 
 def placed(
-    drives: list[Drive], settings: SplitSettings = THIRDS, seed: int = 0
-) -> dict[str, Placement]:
+    drives: list[DriveIdentity], settings: SplitSettings = THIRDS, seed: int = 0
+) -> dict[str, SplitPlacement]:
     found = place_recordings(drives, settings, seed)
     return {
         one.name: place
         for one, place in zip(drives, found, strict=True)
-        if isinstance(place, Placement)
+        if isinstance(place, SplitPlacement)
     }
 
 
@@ -143,9 +143,9 @@ def test_what_lies_between_two_declared_groups_is_what_is_refused() -> None:
     assert set(placed(drives, settings)) == {"x", "y"}
 
 
-def numbered(name: str, start: int, stop: int, files: tuple[str, ...] = ()) -> Drive:
+def numbered(name: str, start: int, stop: int, files: tuple[str, ...] = ()) -> DriveIdentity:
     content = ContentIdentity(digest=sha(name), begin_ns=start * SECOND, end_ns=stop * SECOND)
-    return Drive(name, sha(name), content, files or (name,))
+    return DriveIdentity(name, sha(name), content, files or (name,))
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def numbered(name: str, start: int, stop: int, files: tuple[str, ...] = ()) -> D
     ],
 )
 def test_recordings_between_which_a_part_is_missing_stay_together(
-    drives: list[Drive], links: int
+    drives: list[DriveIdentity], links: int
 ) -> None:
     assert len(find_links(drives)) == links
     assert len(find_links(drives[::-1])) == links

@@ -13,8 +13,8 @@ from graspe_data.synchronisation.first_pass import read_tracks
 from pipelines.build import BuildResult, build_dataset
 from pipelines.dataset_settings import DatasetRecipe, Group, SplitSettings
 from pipelines.executors import Workers
-from pipelines.same_drives import Drive
-from pipelines.splits import Placement, place_recordings
+from pipelines.same_drives import DriveIdentity
+from pipelines.splits import SplitPlacement, place_recordings
 from tests.pipelines.conftest import LEGS, RecordingFactory
 from tests.pipelines.file_digests import file_digests
 
@@ -90,7 +90,7 @@ def test_no_drive_is_on_two_sides_for_any_seed(
     for path in recordings:
         with open_recording(path) as recording:
             content = read_tracks(recording, recipe.robot).content
-        drives.append(Drive(path.name, recording_digest(path), content))
+        drives.append(DriveIdentity(path.name, recording_digest(path), content))
     names = [one.name for one in drives]
     of_one_drive = [("drive0_bag.bag", "drive0_mcap"), ("drive1_bag.bag", "drive1_mcap")]
     for seed in range(200):
@@ -146,6 +146,6 @@ def _part(recording: Path, path: Path, start_s: float, stop_s: float) -> None:
                 writer.write(raw.topic, source.decode(raw), raw.bag_time_ns)
 
 
-def _split(placement: Placement | str) -> str:
-    assert isinstance(placement, Placement)
+def _split(placement: SplitPlacement | str) -> str:
+    assert isinstance(placement, SplitPlacement)
     return placement.split

@@ -16,7 +16,7 @@ from planners.dwa_lab import DwaLab
 from planners.fox_objective import FoxWeights, fox_objective
 from planners.goal import goal_in_base, heading_error
 from planners.situation import Planner, Situation
-from planners.velocity_window import WindowSettings, velocity_window
+from planners.velocity_window import VelocityWindowSettings, velocity_window
 from tests.planners.conftest import Situations
 
 Floats = NDArray[np.float64]
@@ -141,7 +141,7 @@ def test_the_goal_in_base_link(situation: Situations) -> None:
 
 def _terms(weights: FoxWeights, posts: Posts, ask: Situations) -> tuple[Floats, Floats]:
     asked = ask(velocity=(0.3, 0.0), goal=(0.0, 8.0))
-    window = velocity_window(LIMITS, asked.velocity, WindowSettings())
+    window = velocity_window(LIMITS, asked.velocity, VelocityWindowSettings())
     body = body_discs(SPOT, BodySettings())
     way = free_way(window.velocities, posts.points(asked), body)
     goal = goal_in_base(asked)
@@ -168,7 +168,7 @@ def test_each_term_is_within_0_and_1_and_does_what_it_says(situation: Situations
 def test_free_way_beyond_the_goal_does_not_count(situation: Situations) -> None:
     only = FoxWeights(heading=0, distance=1, velocity=0, smoothing=0)
     asked = situation(velocity=(0.3, 0.0), goal=(0.0, 1.2))
-    window = velocity_window(LIMITS, asked.velocity, WindowSettings())
+    window = velocity_window(LIMITS, asked.velocity, VelocityWindowSettings())
     way = free_way(window.velocities, np.empty((0, 2)), body_discs(SPOT, BodySettings()))
     value = fox_objective(window, way, goal_in_base(asked), LIMITS, 0.5, only)
     np.testing.assert_allclose(value, 1.2 / only.longest_distance)

@@ -10,9 +10,9 @@ import pytest
 from graspe_data.calibration import Calibration
 from graspe_data.robot import Robot
 from planners.bundle import Bundle
-from planners.graspe_planner import GraspePlanner, GraspeSettings
+from planners.graspe_planner import GraspePlanner, GraspePlannerSettings
 from planners.guarded import Guarded
-from planners.observe import Observation
+from planners.observe import ObservedRow
 from planners.scorer import Scene, Scorer
 from planners.situation import Situation
 from tests.planners.conftest import Situations
@@ -31,7 +31,7 @@ class Reliable(Scorer):
     def scene(self, situation: Situation) -> Scene:
         scene = super().scene(situation)
         known = scene.observation
-        return replace(scene, observation=Observation(known.columns, known.r_img, self.r_point))
+        return replace(scene, observation=ObservedRow(known.columns, known.r_img, self.r_point))
 
     def judge(self, scene: Scene, velocities: np.ndarray) -> np.ndarray:
         self.calls += 1
@@ -88,9 +88,11 @@ def test_thresholds_can_be_set(
     dim = situation(grey=51)
     scorer = Scorer(bundle, calibration)
     assert GraspePlanner(robot, scorer).command(dim).reason
-    bold = GraspeSettings(acceptance=0.3)
+    bold = GraspePlannerSettings(acceptance=0.3)
     assert GraspePlanner(robot, scorer, bold).command(dim).reason == ""
-    wary = GraspePlanner(robot, Reliable(bundle, calibration, 0.0), GraspeSettings(reliability=0))
+    wary = GraspePlanner(
+        robot, Reliable(bundle, calibration, 0.0), GraspePlannerSettings(reliability=0)
+    )
     assert wary.command(situation(posts=AHEAD)).linear_velocity > 0
 
 

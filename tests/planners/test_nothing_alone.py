@@ -263,6 +263,7 @@ def test_a_thread_that_does_not_start_stops_the_robot_once(
 
     with monkeypatch.context() as patched:
         patched.setattr(threading.Thread, "start", failing)
+        patched.setattr("planners.deadline._idle", [])
         assert "can't start new thread" in guard.command(sound()).reason
     assert guard.command(seen_anew(sound(NOW + STEP_NS), 1)).reason == ""
 

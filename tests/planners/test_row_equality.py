@@ -25,7 +25,7 @@ from graspe_data.synchronisation.synchronised import synchronise
 from pipelines.dataset_settings import DatasetManifest, DatasetRecipe
 from pipelines.episode import whole_column
 from pipelines.process_recording import Episode, RecordingTask, process_recording
-from planners.observe import Observer
+from planners.observe import RowObserver
 from planners.situation import Situation
 from tests.conftest import GardenDrive
 from tests.planners.tiny_bundle import tiny_contract
@@ -68,7 +68,7 @@ def recorded(
 
 
 def test_rows_are_equal_to_the_byte(recorded: Recorded) -> None:
-    observer = Observer(_contract(recorded), recorded.calibration, recorded.episode.digest)
+    observer = RowObserver(_contract(recorded), recorded.calibration, recorded.episode.digest)
     stored = {name: _stored(recorded.episode, name) for name in COLUMNS}
     packed = np.asarray(_stored(recorded.episode, "trajectory_image"), np.uint8)
     drawn = np.unpackbits(packed, axis=-1).astype(np.bool_)

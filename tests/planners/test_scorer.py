@@ -11,7 +11,7 @@ from graspe_data.calibration import Calibration
 from graspe_data.errors import ObservationError, PlannerError
 from graspe_data.sensor_data import Picture
 from planners.bundle import Bundle
-from planners.observe import KEPT, Observer
+from planners.observe import KEPT, RowObserver
 from planners.scorer import Scorer
 from tests.planners.conftest import NOW, Situations
 from tests.planners.tiny_bundle import HEIGHT, STEPS, WIDTH
@@ -63,7 +63,7 @@ def test_a_sensor_pair_is_encoded_once(
 def test_columns_are_those_of_a_row(
     bundle: Bundle, calibration: Calibration, situation: Situations
 ) -> None:
-    observer = Observer(bundle.contract, calibration)
+    observer = RowObserver(bundle.contract, calibration)
     observation = observer.observe(situation())
     shapes = {name: value.shape for name, value in observation.columns.items()}
     assert shapes["image"] == (1, HEIGHT, WIDTH, 3)
@@ -77,11 +77,11 @@ def test_columns_are_those_of_a_row(
 
 
 def test_drawing_again_draws_the_same(bundle: Bundle, calibration: Calibration) -> None:
-    observer = Observer(bundle.contract, calibration)
+    observer = RowObserver(bundle.contract, calibration)
     velocities = np.random.default_rng(1).uniform((0, -0.6), (0.6, 0.6), (KEPT + 50, 2))
     first = observer.trajectory_images(velocities)
     assert np.array_equal(observer.trajectory_images(velocities[::-1])[::-1], first)
-    fresh = Observer(bundle.contract, calibration).trajectory_images(velocities[-3:])
+    fresh = RowObserver(bundle.contract, calibration).trajectory_images(velocities[-3:])
     assert np.array_equal(fresh, first[-3:])
 
 

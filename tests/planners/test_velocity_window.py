@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from graspe_data.calibration import Calibration
 from graspe_data.robot import Limits
-from planners.velocity_window import WindowSettings, stays_in_view, velocity_window, view_bearings
+from planners.velocity_window import (
+    VelocityWindowSettings,
+    stays_in_view,
+    velocity_window,
+    view_bearings,
+)
 
 LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))
 
@@ -23,7 +28,7 @@ LIMITS = Limits(linear_velocity=(0.0, 0.6), yaw_rate=(-0.6, 0.6))
 def test_every_velocity_is_within_the_limits_and_within_reach(
     v: float, omega: float, interval: float, steps: tuple[float, float]
 ) -> None:
-    settings = WindowSettings(interval_s=interval, linear_step=steps[0], yaw_step=steps[1])
+    settings = VelocityWindowSettings(interval_s=interval, linear_step=steps[0], yaw_step=steps[1])
     found = velocity_window(LIMITS, (v, omega), settings).velocities
     now = np.clip((v, omega), (0, -0.6), (0.6, 0.6))
     assert len(found) > 0
@@ -33,14 +38,14 @@ def test_every_velocity_is_within_the_limits_and_within_reach(
 
 
 def test_the_lattice_is_that_of_the_steps_between_the_ends_of_the_window() -> None:
-    window = velocity_window(LIMITS, (0.33, 0.0), WindowSettings(interval_s=0.2))
+    window = velocity_window(LIMITS, (0.33, 0.0), VelocityWindowSettings(interval_s=0.2))
     assert window.linear == pytest.approx([0.13, 0.2, 0.3, 0.4, 0.53])
     assert window.yaw_rate == pytest.approx(np.arange(-6, 7) / 10)
     assert 0.0 in window.yaw_rate
 
 
 def test_values_lie_on_the_lattice_where_they_belong() -> None:
-    window = velocity_window(LIMITS, (0.0, 0.0), WindowSettings(interval_s=0.2))
+    window = velocity_window(LIMITS, (0.0, 0.0), VelocityWindowSettings(interval_s=0.2))
     kept = window.keep(window.velocities[:, 1] > 0)
     laid = kept.on_lattice(kept.velocities[:, 1])
     assert np.array_equal(np.isnan(laid), ~kept.allowed)

@@ -9,7 +9,7 @@ from pathlib import Path
 from graspe_data.recordings.containers.chunks import ChunkReader, ChunkSpan, positions_of
 from graspe_data.recordings.containers.payloads import LostMessages, unpacked
 from graspe_data.recordings.containers.storage import Channel, Source
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 
 
 class ChunkedStorage(ABC):
@@ -24,7 +24,7 @@ class ChunkedStorage(ABC):
         """Open the file, and read its index or scan it."""
         self._compressed = compressed_messages
         self._source = Source(path)
-        self.losses: list[Loss] = []
+        self.losses: list[Damage] = []
         self.channels: dict[int, Channel] = {}
         self.first_position = 0
         self._spans: list[ChunkSpan] = []
@@ -48,7 +48,7 @@ class ChunkedStorage(ABC):
     def _open(self) -> None:
         """Find channels and chunks."""
 
-    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
+    def messages(self, wanted: Collection[int], losses: list[Damage]) -> Iterator[RawMessage]:
         """Yield messages, in time order by the index, in file order without one."""
         reader = ChunkReader(self._source, self.channels, self.walk, self.first_position)
         return unpacked(

@@ -12,7 +12,7 @@ from itertools import islice, pairwise
 from graspe_data.recordings.containers.decompression import MAXIMUM_SIZE, decompress
 from graspe_data.recordings.containers.storage import MAXIMUM_TIME, Channel, Source
 from graspe_data.recordings.containers.work_limit import WorkLimit
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 
 PENDING = 256 << 20
 MAXIMUM_LOSSES = 1000
@@ -54,7 +54,7 @@ class ChunkReader:
         self._together: dict[str | None, int] = {}
 
     def messages(
-        self, spans: Sequence[ChunkSpan], wanted: Collection[int], losses: list[Loss]
+        self, spans: Sequence[ChunkSpan], wanted: Collection[int], losses: list[Damage]
     ) -> Iterator[RawMessage]:
         """Yield messages chunk by chunk, merged by time where chunks carry times.
 
@@ -80,7 +80,7 @@ class ChunkReader:
             del waiting[:cut]
 
     def _read(
-        self, span: ChunkSpan, wanted: Collection[int], losses: list[Loss]
+        self, span: ChunkSpan, wanted: Collection[int], losses: list[Damage]
     ) -> list[RawMessage]:
         content, fault = read_content(self.source, span)
         messages: list[RawMessage] = []
@@ -106,13 +106,13 @@ class ChunkReader:
         self._note(
             losses,
             [
-                Loss(f"{self._where(span)} has messages of {what}", None, count)
+                Damage(f"{self._where(span)} has messages of {what}", None, count)
                 for what, count in sorted(unknown.items())
             ],
         )
         return messages
 
-    def _note(self, losses: list[Loss], found: Sequence[Loss]) -> None:
+    def _note(self, losses: list[Damage], found: Sequence[Damage]) -> None:
         """Add losses; beyond a thousand, those of a topic are counted together."""
         for loss in found:
             place = self._together.get(loss.topic)
@@ -132,7 +132,7 @@ class ChunkReader:
         fault: str | None,
         seen: Mapping[int, int],
         messages: Sequence[RawMessage],
-    ) -> list[Loss]:
+    ) -> list[Damage]:
         missing = {
             channel: count - seen.get(channel, 0)
             for channel, count in sorted(span.counts.items())
@@ -142,13 +142,13 @@ class ChunkReader:
             return []
         reason = f"{self._where(span)} {fault or 'holds fewer messages than its index says'}"
         if not missing:
-            return [Loss(reason)]
+            return [Damage(reason)]
         last = max((message.bag_time_ns for message in messages), default=span.start_ns)
         seconds = None
         if last is not None and span.stop_ns is not None:
             seconds = max(0, span.stop_ns - last) / 1e9
         return [
-            Loss(reason, self.channels[channel].topic, count, seconds)
+            Damage(reason, self.channels[channel].topic, count, seconds)
             for channel, count in missing.items()
         ]
 

@@ -26,7 +26,7 @@ from graspe_data.recordings.containers.mcap_records import (
 from graspe_data.recordings.containers.salvage_places import SalvagePlaces, end_at
 from graspe_data.recordings.containers.storage import Source
 from graspe_data.recordings.containers.work_limit import WorkLimit
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 HEAD = 64
 LOOSE_RUN = 4 << 20
@@ -48,7 +48,7 @@ class McapScan:
 
     table: ChannelTable = field(default_factory=ChannelTable)
     spans: list[ChunkSpan] = field(default_factory=list)
-    losses: list[Loss] = field(default_factory=list)
+    losses: list[Damage] = field(default_factory=list)
     counts: Counter[int] = field(default_factory=Counter)
     expected: dict[int, int] = field(default_factory=dict)
     index_counts: dict[int, int] = field(default_factory=dict)
@@ -81,7 +81,7 @@ def scan_mcap(source: Source) -> McapScan:
         resume = offset + 1
     scan.losses += places.losses
     if not scan.ended and not scan.losses:
-        scan.losses.append(Loss(f"{source.path.name}: cut at byte {source.size}, without footer"))
+        scan.losses.append(Damage(f"{source.path.name}: cut at byte {source.size}, without footer"))
     limit = WorkLimit(source.path, source.size)
     for span in scan.spans:
         _note_content(source, scan, span, limit)
@@ -89,7 +89,7 @@ def scan_mcap(source: Source) -> McapScan:
     return scan
 
 
-def _unfound(source: Source, scan: McapScan) -> Iterator[Loss]:
+def _unfound(source: Source, scan: McapScan) -> Iterator[Damage]:
     """Messages that the statistics count and no chunk that was found accounts for."""
     indexed: Counter[int] = Counter()
     for span in scan.spans:
@@ -99,7 +99,7 @@ def _unfound(source: Source, scan: McapScan) -> Iterator[Loss]:
         if missing > 0:
             channel = scan.table.channels.get(number)
             reason = f"{source.path.name}: counted in its statistics, in no chunk that was found"
-            yield Loss(reason, channel.topic if channel is not None else None, missing)
+            yield Damage(reason, channel.topic if channel is not None else None, missing)
 
 
 def _record_at(source: Source, offset: int) -> McapRecord | None:

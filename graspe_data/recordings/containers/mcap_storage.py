@@ -21,7 +21,7 @@ from graspe_data.recordings.containers.mcap_records import (
 )
 from graspe_data.recordings.containers.mcap_salvage import scan_mcap
 from graspe_data.recordings.containers.storage import Channel, Source
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 FOOTER = 9 + 20 + len(MAGIC)
 MAXIMUM_SUMMARY = 256 << 20
@@ -56,7 +56,7 @@ class McapStorage(ChunkedStorage):
             }
             if found.losses:
                 reason = f"{self._source.path.name}: no usable summary ({error}); read by scanning"
-                self.losses = [Loss(reason), *found.losses]
+                self.losses = [Damage(reason), *found.losses]
 
 
 def read_summary(source: Source) -> tuple[dict[int, Channel], list[ChunkSpan]]:

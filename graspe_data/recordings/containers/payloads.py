@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from graspe_data.recordings.containers.decompression import ZSTD_MAGIC, decompress_message
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 
 CDR_BEGINNINGS = (b"\0\0\0\0", b"\0\1\0\0")
 
@@ -14,7 +14,7 @@ CDR_BEGINNINGS = (b"\0\0\0\0", b"\0\1\0\0")
 class LostMessages:
     """Losses of single messages: one entry for all of a kind, however many there are."""
 
-    def __init__(self, file: str, losses: list[Loss]) -> None:
+    def __init__(self, file: str, losses: list[Damage]) -> None:
         """Collect the losses of one file into a list."""
         self._file = file
         self._losses = losses
@@ -25,7 +25,7 @@ class LostMessages:
         place = self._places.setdefault((kind, topic), len(self._losses))
         if place == len(self._losses):
             text = f"{self._file}: {which}, the first of its kind: {reason}"
-            self._losses.append(Loss(text, topic, 1))
+            self._losses.append(Damage(text, topic, 1))
         else:
             known = self._losses[place]
             self._losses[place] = replace(known, messages=(known.messages or 0) + 1)

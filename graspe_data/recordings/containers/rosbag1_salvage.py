@@ -27,7 +27,7 @@ from graspe_data.recordings.containers.salvage_places import SalvagePlaces, end_
 from graspe_data.recordings.containers.storage import Channel, Source
 from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.message_types import normalise_type
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 FIRST_RECORD = 13
 INDEX_ENTRY = 12
@@ -45,7 +45,7 @@ class Scan:
 
     channels: dict[int, Channel]
     spans: list[ChunkSpan]
-    losses: list[Loss]
+    losses: list[Damage]
 
 
 def scan_bag(source: Source) -> Scan:

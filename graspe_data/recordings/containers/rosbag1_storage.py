@@ -20,7 +20,7 @@ from graspe_data.recordings.containers.rosbag1_records import (
 from graspe_data.recordings.containers.rosbag1_salvage import scan_bag
 from graspe_data.recordings.containers.storage import Channel, Source
 from graspe_data.recordings.message_types import normalise_type
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 # Before version 2.0 recorders called themselves ROSLOG and ROSRECORD (ros_comm, FORMATS).
 VERSION_LINE = re.compile(rb"#ROS(?:BAG|RECORD|LOG) V(\d{1,3}\.\d{1,3})\n")
@@ -59,7 +59,7 @@ class BagStorage(ChunkedStorage):
             found = scan_bag(self._source)
             self.channels, self._spans = found.channels, found.spans
             self.losses = [
-                Loss(f"{path.name}: no usable index ({error}); read by scanning"),
+                Damage(f"{path.name}: no usable index ({error}); read by scanning"),
                 *found.losses,
             ]
 

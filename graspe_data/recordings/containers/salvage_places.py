@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from graspe_data.recordings.containers.chunks import ChunkSpan, read_content
 from graspe_data.recordings.containers.storage import Source
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 MAXIMUM_GAPS = 100
 CHECKS_PER_BYTE = 4
@@ -29,7 +29,7 @@ class SalvagePlaces:
         self._places: list[int] | None = None
         self._to_check = CHECKS_PER_BYTE * source.size
         self._gaps = 0
-        self.losses: list[Loss] = []
+        self.losses: list[Damage] = []
 
     def next_chunk(self, offset: int) -> int | None:
         """The first place at or after an offset."""
@@ -54,10 +54,10 @@ class SalvagePlaces:
         self._gaps += 1
         reason = f"{self._source.path.name}: broken or cut at byte {start}, read again from {end}"
         if self._gaps <= MAXIMUM_GAPS:
-            self.losses.append(Loss(reason))
+            self.losses.append(Damage(reason))
         else:
             more = f"{self._gaps - MAXIMUM_GAPS} more such places, the last at byte {start}"
-            self.losses[MAXIMUM_GAPS:] = [Loss(f"{self._source.path.name}: {more}")]
+            self.losses[MAXIMUM_GAPS:] = [Damage(f"{self._source.path.name}: {more}")]
 
 
 def end_at(spans: list[ChunkSpan], stop: int) -> None:

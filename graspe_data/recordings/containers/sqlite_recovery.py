@@ -23,7 +23,7 @@ from graspe_data.recordings.containers.sqlite_log import (
     journal_pages,
     log_pages,
 )
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 LOG, INDEX, JOURNAL = "-wal", "-shm", "-journal"
 SMALLEST_ROW = 6
@@ -36,7 +36,7 @@ class RecoveredCopy:
 
     folder: Path
     path: Path
-    losses: list[Loss] = field(default_factory=list)
+    losses: list[Damage] = field(default_factory=list)
     tail: str = ""
     tail_bytes: int = 0
     tail_rows: list[int] = field(default_factory=list)
@@ -156,13 +156,13 @@ def _note_tail(path: Path, end: LogEnd, header: bytes, copy: RecoveredCopy) -> N
             counted = indexed_frames(file.read(64), header)
     if counted > end.committed:
         reason = f"{counted} pages were committed by its {INDEX}, {end.committed} are there"
-        copy.losses.append(Loss(f"{path.name}: {reason}; what the others hold is lost"))
+        copy.losses.append(Damage(f"{path.name}: {reason}; what the others hold is lost"))
     if end.tail:
         copy.tail = f"{end.tail} pages after the last commit are cut or were never committed"
         copy.tail_bytes = end.tail * end.page_size
         copy.tail_rows = end.tail_rows
     elif end.page_size == 0:
-        copy.losses.append(Loss(f"{path.name}: is no write-ahead log, so it is left out"))
+        copy.losses.append(Damage(f"{path.name}: is no write-ahead log, so it is left out"))
 
 
 def _roll_back(path: Path, copy: RecoveredCopy) -> None:
@@ -173,11 +173,11 @@ def _roll_back(path: Path, copy: RecoveredCopy) -> None:
         return
     pages, page_size, count = found
     if count * page_size > copy.path.stat().st_size + len(pages) * page_size:
-        copy.losses.append(Loss(f"{path.name}: is no journal of this file, so it is left out"))
+        copy.losses.append(Damage(f"{path.name}: is no journal of this file, so it is left out"))
         return
     _write(copy.path, pages, page_size, count or None)
     reason = "the last transaction was not committed and is undone; its messages are lost"
-    copy.losses.append(Loss(f"{path.name}: {reason}"))
+    copy.losses.append(Damage(f"{path.name}: {reason}"))
 
 
 def _write(target: Path, pages: Iterable[Page], page_size: int, count: int | None) -> None:

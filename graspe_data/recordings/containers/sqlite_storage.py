@@ -14,7 +14,7 @@ from graspe_data.recordings.containers.sqlite_tables import Row, plain_tables, s
 from graspe_data.recordings.containers.storage import Channel
 from graspe_data.recordings.containers.work_limit import WorkLimit
 from graspe_data.recordings.message_types import normalise_type
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 
 MAXIMUM_BLOB = 1 << 30
 SHORTEST_LIMIT = 1 << 20
@@ -39,7 +39,7 @@ class SqliteStorage:
         """Open the file, and see whether its time index is sound."""
         self._path = path
         self._compressed = compressed_messages
-        self.losses: list[Loss] = []
+        self.losses: list[Damage] = []
         self.channels: dict[int, Channel] = {}
         self._in_order = True
         self._cut = False
@@ -79,7 +79,7 @@ class SqliteStorage:
         if self._copy.tail:
             newest = next(self._rows("SELECT max(rowid) FROM messages"))[0] or 0
             reason = f"{self._path.name}: {self._copy.tail}"
-            self.losses.append(Loss(reason, None, self._copy.lost_rows(newest)))
+            self.losses.append(Damage(reason, None, self._copy.lost_rows(newest)))
 
     def _remove_copy(self) -> None:
         if self._copy is not None:
@@ -90,7 +90,7 @@ class SqliteStorage:
         try:
             self._open()
         except sqlite3.DatabaseError as error:
-            self.losses.append(Loss(f"{self._path.name}: {error}"))
+            self.losses.append(Damage(f"{self._path.name}: {error}"))
             self._cut = True
             self._database.execute("PRAGMA writable_schema = ON")
             self._open()
@@ -114,7 +114,7 @@ class SqliteStorage:
                 str(name), message_type, str(encoding or "cdr"), text, style, count
             )
 
-    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
+    def messages(self, wanted: Collection[int], losses: list[Damage]) -> Iterator[RawMessage]:
         """Yield messages in time order, or in the order of their rows where the file is broken."""
         lost = LostMessages(self._path.name, losses)
         limit = WorkLimit(self._path, self._size)
@@ -164,7 +164,7 @@ class SqliteStorage:
             fault = str(error)
         if fault is not None:
             self._in_order = False
-            self.losses.append(Loss(f"{self._path.name}: {fault}; read row by row"))
+            self.losses.append(Damage(f"{self._path.name}: {fault}; read row by row"))
         return counts
 
     def _index_fault(self, rows: int) -> str | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from graspe_data.errors import RecordingError
 from graspe_data.recordings.containers.sqlite_recovery import SMALLEST_ROW
-from graspe_data.recordings.messages import Loss
+from graspe_data.recordings.messages import Damage
 
 SCHEMA = "SELECT name, type, rootpage, sql FROM sqlite_master"
 COLUMNS = "SELECT name, hidden FROM pragma_table_xinfo(?)"
@@ -61,7 +61,7 @@ Row = tuple[Any, ...]
 
 
 def salvaged_rows(
-    database: sqlite3.Connection, file: str, size: int, losses: list[Loss]
+    database: sqlite3.Connection, file: str, size: int, losses: list[Damage]
 ) -> Iterator[Row]:
     """Go by row number; where pages are broken, leap ahead, further each time."""
     expected = number = leap = 1
@@ -71,14 +71,14 @@ def salvaged_rows(
             number, leap = number + leap, leap * 2
             if leap > MAXIMUM_LEAP:
                 reason = f"no row from number {expected} on can be read: {fault}"
-                losses.append(Loss(f"{file}: {reason}"))
+                losses.append(Damage(f"{file}: {reason}"))
                 return
             continue
         if row is None:
             return
         if row[0] > expected:
             reason = f"{file}: the rows {expected} to {row[0] - 1} cannot be read"
-            losses.append(Loss(reason, None, row[0] - expected))
+            losses.append(Damage(reason, None, row[0] - expected))
         yield row
         expected, number, leap = row[0] + 1, row[0] + 1, 1
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from graspe_data.errors import RecordingError
-from graspe_data.recordings.messages import Loss, RawMessage
+from graspe_data.recordings.messages import Damage, RawMessage
 
 WINDOW = 1 << 20
 OVERLAP = 256
@@ -75,7 +75,7 @@ class Channel:
 class Storage(Protocol):
     """One file of a recording, open for reading."""
 
-    losses: list[Loss]
+    losses: list[Damage]
     """What was found missing on opening."""
     first_position: int
     """What the positions of its messages begin after: where those of the file before end."""
@@ -88,7 +88,7 @@ class Storage(Protocol):
     def channels(self) -> Mapping[int, Channel]:
         """The channels by their number in the file."""
 
-    def messages(self, wanted: Collection[int], losses: list[Loss]) -> Iterator[RawMessage]:
+    def messages(self, wanted: Collection[int], losses: list[Damage]) -> Iterator[RawMessage]:
         """Yield the messages of some channels; append to ``losses`` what is found missing."""
 
     def close(self) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints import Calibration, Uncalibrated, fit_temperature
+from model_zoo.checkpoints import TemperatureScaling, Uncalibrated, fit_temperature
 from model_zoo.checkpoints.calibration import COLDEST, FEWEST_ROWS, HOTTEST
 
 
@@ -21,9 +21,9 @@ def drawn(
     return z * temperature, random.random(z.shape) < 1 / (1 + np.exp(-z))
 
 
-def fit(logits: ArrayLike, success: ArrayLike, mask: ArrayLike) -> Calibration:
+def fit(logits: ArrayLike, success: ArrayLike, mask: ArrayLike) -> TemperatureScaling:
     found = fit_temperature(logits, success, mask)
-    assert isinstance(found, Calibration)
+    assert isinstance(found, TemperatureScaling)
     return found
 
 
@@ -73,7 +73,7 @@ def test_too_few_rows_of_either_kind_give_no_temperature(failing: int, succeedin
         return
     found = fit_temperature(logits, success, np.ones_like(success))
     if min(failing, succeeding) >= FEWEST_ROWS:
-        assert isinstance(found, Calibration)
+        assert isinstance(found, TemperatureScaling)
         assert found.failing_rows == failing
     else:
         assert isinstance(found, Uncalibrated)

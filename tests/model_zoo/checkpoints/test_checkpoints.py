@@ -13,7 +13,7 @@ import safetensors.torch
 import torch
 
 from graspe_data.errors import ZooError
-from model_zoo.checkpoints import Calibration, Uncalibrated, load_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, Uncalibrated, load_checkpoint
 from model_zoo.checkpoints.config import CHECKPOINT
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, INPUTS, TinyModel
 
@@ -68,7 +68,7 @@ def test_why_it_is_not_calibrated_is_kept_and_told(write_tiny: Write) -> None:
 
 
 def test_log_odds_tell_apart_what_probabilities_do_not(write_tiny: Write) -> None:
-    cold = Calibration(temperature=0.05, judged=7, loss_before=0.9, loss_after=0.6)
+    cold = TemperatureScaling(temperature=0.05, judged=7, loss_before=0.9, loss_after=0.6)
     model = TinyModel()
     with torch.no_grad():
         model.linear.weight.mul_(20)

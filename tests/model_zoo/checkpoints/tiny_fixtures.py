@@ -8,7 +8,7 @@ import pytest
 import torch
 
 import model_zoo.checkpoints.load as loading
-from model_zoo.checkpoints import Calibration, write_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, TinyModel
@@ -39,7 +39,9 @@ def write_tiny(tmp_path: Path) -> Callable[..., Path]:
             "recipe": {"epochs": 2, "seed": seed, "optimiser": {"rate": 5e-4}},
             "dataset_digest": "ab" * 32,
             "metrics": {"au_roc": 0.75, "epoch": 1, "steps": 7},
-            "calibration": Calibration(temperature=2.0, judged=7, loss_before=0.9, loss_after=0.6),
+            "calibration": TemperatureScaling(
+                temperature=2.0, judged=7, loss_before=0.9, loss_after=0.6
+            ),
         }
         return write_checkpoint(tmp_path / folder, **(arguments | changed))
 

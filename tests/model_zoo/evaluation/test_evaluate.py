@@ -12,7 +12,7 @@ from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index, write_index
 from model_zoo import metrics
-from model_zoo.checkpoints import Calibration, load_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, load_checkpoint
 from model_zoo.checkpoints.lineage import Lineage
 from model_zoo.evaluation import evaluate, read_evaluation
 from model_zoo.evaluation.evaluate import with_training
@@ -66,7 +66,7 @@ def test_a_temperature_that_saturates_float32_changes_no_rank(
         weights.linear.weight.mul_(5)
     cells = []
     for temperature in (1.0, 0.05):
-        calibration = Calibration(
+        calibration = TemperatureScaling(
             temperature=temperature, judged=9, loss_before=0.9, loss_after=0.8
         )
         name = f"at_{temperature}"

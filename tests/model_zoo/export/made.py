@@ -19,7 +19,7 @@ from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.robot import Robot
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
-from model_zoo.checkpoints import Calibration, write_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, write_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
@@ -182,7 +182,9 @@ def write_made(
         "recipe": {},
         "dataset_digest": index.dataset_digest,
         "metrics": {},
-        "calibration": Calibration(temperature=1.7, judged=9, loss_before=0.9, loss_after=0.8),
+        "calibration": TemperatureScaling(
+            temperature=1.7, judged=9, loss_before=0.9, loss_after=0.8
+        ),
         "assumptions": read_assumptions(index) if told else None,
     }
     return write_checkpoint(folder, **(arguments | changes))

@@ -10,7 +10,7 @@ import pytest
 from graspe_data.simulation.field import Field
 from graspe_data.simulation.motion.mechanics import MechanicsSettings
 from pipelines.trials.failures import explain
-from pipelines.trials.logbook import Entry, Logbook
+from pipelines.trials.logbook import Logbook, LogEntry
 from pipelines.trials.trial import Outcome, Pose
 from planners.situation import Command, Considered
 
@@ -26,8 +26,8 @@ def scored(chosen: int | None, success: float, told: tuple[float, float]) -> Com
     return Command(*told, considered=considered)
 
 
-def entries(command: Command, pose: Pose, count: int = 20) -> list[Entry]:
-    return [Entry(20 + 10 * index, pose, command, 0.01) for index in range(count)]
+def entries(command: Command, pose: Pose, count: int = 20) -> list[LogEntry]:
+    return [LogEntry(20 + 10 * index, pose, command, 0.01) for index in range(count)]
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def walled(lane_of: Any, wall: dict[str, Any]) -> Field:
     return field
 
 
-def explained(field: Field, said: list[Entry], outcome: Outcome, pose: Pose) -> Any:
+def explained(field: Field, said: list[LogEntry], outcome: Outcome, pose: Pose) -> Any:
     logbook = Logbook(field.world, field.robot, MechanicsSettings(), said)
     return explain(logbook, outcome, said[-1].step + 10, pose, 20.0)
 
