@@ -93,8 +93,9 @@ class Deadline(Generic[Answer]):
             raise PlannerError(
                 f"no answer yet to the question of {time.monotonic() - last.begun_s:.2f} s ago"
             )
+        worker = _worker()
         call = self._last = _Call(question)
-        _worker().run(call)
+        worker.run(call)
         if not call.done.wait(self._seconds):
             raise PlannerError(f"no answer within {self._seconds:g} s")
         if isinstance(call.error, Exception):

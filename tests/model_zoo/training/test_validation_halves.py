@@ -13,7 +13,7 @@ import pytest
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index, write_index
-from model_zoo.checkpoints.calibration import Calibration, fit_temperature
+from model_zoo.checkpoints.calibration import TemperatureScaling, fit_temperature
 from model_zoo.metrics import au_roc
 from model_zoo.training.validation import Predictions
 from tests.model_zoo.training.tiny import (
@@ -72,7 +72,7 @@ def test_what_selects_is_not_what_calibrates() -> None:
     found = Predictions(logits, success, np.ones((60, 3), bool), ~half, half)
     assert found.au_roc() == au_roc(logits[30:], success[30:], np.ones((30, 3)))
     fitted = fit_temperature(*found.of(found.calibrating))
-    assert isinstance(fitted, Calibration)
+    assert isinstance(fitted, TemperatureScaling)
     assert fitted.judged == 90
 
 
