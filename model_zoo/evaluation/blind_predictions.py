@@ -13,12 +13,13 @@ import torch
 
 from graspe_data.arrays import Floats
 from graspe_data.documents import canonical_json
+from graspe_data.progress import Progress
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import read_index
-from model_zoo.augmentation import Condition, apply_condition
+from model_zoo.augmentation import FAILING_SENSOR, Condition, apply_condition
 from model_zoo.augmentation.settings import settings_of_dataset
 from model_zoo.evaluation.blind_cache import Arrays, kept_or_made
-from model_zoo.evaluation.blind_features import LASER_SCAN, REFERENCES, SCAN
+from model_zoo.evaluation.blind_features import LASER_SCAN, REFERENCES, SCAN, TITLES
 from model_zoo.evaluation.blind_rows import (
     BlindRows,
     read_blind_rows,
@@ -31,8 +32,6 @@ from model_zoo.split_leaks import check_apart
 
 VERSION: Final = 1
 """Of what references are; another one is taught anew."""
-SCAN_FAILS: Final = "lidar_sector_lost"
-"""The condition that changes what a reference reads."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,11 @@ class BlindPrediction:
 
 
 def predict_blind(
-    split: JudgedSplit, teach: Path, conditions: Sequence[Condition], seed: int
+    split: JudgedSplit,
+    teach: Path,
+    conditions: Sequence[Condition],
+    seed: int,
+    progress: Progress,
 ) -> list[BlindPrediction]:
     """Teach the references and ask them about the rows of a split.
 
@@ -66,6 +69,7 @@ def predict_blind(
         teach: The dataset whose rows teach; the one that is evaluated, or that of the training.
         conditions: Of the evaluation.
         seed: Of the degradations.
+        progress: Is told of every reference that is taught.
 
     Raises:
         ZooError: There are no training rows, no velocity history, or a recording of the split is
@@ -85,7 +89,7 @@ def predict_blind(
         "seed": seed,
     }
     digest = hashlib.sha256(canonical_json(said).encode()).hexdigest()
-    found = kept_or_made(digest, lambda: _made(split, teach, keys, seed))
+    found = kept_or_made(digest, lambda: _made(split, teach, keys, seed, progress))
     return [
         BlindPrediction(*key, found[_log_odds(key)], found.get(_candidates(key))) for key in keys
     ]
@@ -106,17 +110,27 @@ def _keys(split: JudgedSplit, conditions: Sequence[Condition]) -> list[_Key]:
     """Each reference under the first condition, and one with a scan under that which it feels."""
     scanned = LASER_SCAN in {column.name for column in split.dataset.index.columns}
     keys: list[_Key] = [(name, conditions[0]) for name in REFERENCES if scanned or name != SCAN]
-    return keys + [(SCAN, c) for c in conditions[1:] if c == SCAN_FAILS and scanned]
+    return keys + [(SCAN, c) for c in conditions[1:] if scanned and _scan_fails(c)]
 
 
-def _made(split: JudgedSplit, teach: Path, keys: Sequence[_Key], seed: int) -> Arrays:
+def _scan_fails(condition: Condition) -> bool:
+    """Whether it changes what a reference reads."""
+    return FAILING_SENSOR.get(condition) == "lidar"
+
+
+def _made(
+    split: JudgedSplit, teach: Path, keys: Sequence[_Key], seed: int, progress: Progress
+) -> Arrays:
     taught, chosen = rows_to_teach(teach), rows_to_choose(teach)
     examined = read_blind_rows(split.dataset.path, split.name, split.rows)
     found: Arrays = {}
-    for name in dict.fromkeys(name for name, _ in keys):
+    names = list(dict.fromkeys(name for name, _ in keys))
+    progress.start("blind references", len(names))
+    for name in names:
         trees = _Trees.taught(name, taught, chosen)
         for key in (key for key in keys if key[0] == name):
             found |= trees.said(key, _failed(examined, split, key[1], seed))
+        progress.advance(TITLES[name])
     return found
 
 
@@ -146,7 +160,7 @@ class _Trees:
 
 def _failed(rows: BlindRows, split: JudgedSplit, condition: Condition, seed: int) -> BlindRows:
     """The rows under a condition; of what references read it reaches the scan alone."""
-    if condition != SCAN_FAILS or LASER_SCAN not in rows.columns:
+    if not _scan_fails(condition) or LASER_SCAN not in rows.columns:
         return rows
     declared = {column.name for column in split.dataset.index.columns}
     names = tuple(name for name in ("stamp_ns",) if name in declared)

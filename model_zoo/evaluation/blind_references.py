@@ -11,6 +11,7 @@ from pydantic import model_validator
 
 from graspe_data.arrays import Floats
 from graspe_data.manifest import Settings
+from graspe_data.progress import Progress
 from model_zoo.augmentation import Condition
 from model_zoo.evaluation.blind_features import ALWAYS, REFERENCES, TITLES
 from model_zoo.evaluation.blind_predictions import predict_blind
@@ -84,6 +85,7 @@ def score_references(
     conditions: Sequence[Condition],
     resamples: int,
     seed: int,
+    progress: Progress,
 ) -> References:
     """Teach the references and score them on the rows of a split.
 
@@ -94,12 +96,13 @@ def score_references(
         conditions: Of the evaluation.
         resamples: Of recordings.
         seed: Of degradations and resamples.
+        progress: Is told of every reference that is taught.
 
     Raises:
         ZooError: As :func:`predict_blind`.
     """
     cells: dict[str, list[ReferenceCell]] = {}
-    for said in predict_blind(split, teach, conditions, seed):
+    for said in predict_blind(split, teach, conditions, seed, progress):
         scored = score_reference(
             split, Said(said.log_odds, said.candidates), said.condition, resamples, seed
         )

@@ -65,12 +65,13 @@ def evaluate(
         ShardError: The dataset is missing or damaged, or has no such split.
     """
     chosen, teach = choose_device(device), references or dataset
+    progress = progress or Silent()
     rows = open_judged_split(checkpoint, dataset, split, conditions, every)
     taught_on = read_index(teach).dataset_digest
-    blind = score_references(rows, teach, taught_on, conditions, resamples, seed)
+    blind = score_references(rows, teach, taught_on, conditions, resamples, seed, progress)
     checkpoint.model.to(chosen)
     latency = measure_latency(checkpoint, _first(rows))
-    predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, progress or Silent())
+    predicted = predict_split(checkpoint, rows, conditions, batch_size, seed, progress)
     cells = [
         with_leads(cell, blind)
         for place, condition in enumerate(conditions)

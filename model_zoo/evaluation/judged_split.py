@@ -196,15 +196,15 @@ def _columns(
     """The model's, and where sensors fail what that reads; stamps name the rows."""
     declared = {column.name for column in index.columns}
     names = checkpoint.model.columns
-    if DRIVEN in checkpoint.model.candidate_columns and CANDIDATE_IMAGE in declared:
-        names = (*names, CANDIDATE_IMAGE)
+    drawn = DRIVEN in checkpoint.model.candidate_columns and CANDIDATE_IMAGE in declared
+    asked = (CANDIDATE_IMAGE,) if drawn else ()
     if set(conditions) == {"clean"}:
-        return list(names)
+        return [*names, *asked]
     of_lidar = [name for name in conditions if FAILING_SENSOR.get(name) == "lidar"]
     if of_lidar:
         otherwise = f"leave {', '.join(of_lidar)} out (--clean)"
         check_lidar_may_fail(names, declared, str(path), otherwise)
-    return sorted({*columns_needed(names, declared), *({"stamp_ns"} & declared)})
+    return sorted({*columns_needed(names, declared), *asked, *({"stamp_ns"} & declared)})
 
 
 def _scenario(entry: RecordingEntry) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import torch
@@ -30,6 +31,15 @@ COLUMNS = (
     Column(name="stamp_ns", dtype="int64", shape=(), **_COMMON),
     Column(name="state", dtype="uint8", shape=(), **_COMMON),
 )
+WITH_CANDIDATES = (
+    *COLUMNS,
+    Column(name="trajectory_image", dtype="uint8", shape=(6, 8), **_COMMON),
+    Column(name="candidate_velocity", dtype="float32", shape=(4, 2), **_COMMON),
+    Column(name="candidate_image", dtype="uint8", shape=(4, 6, 8), **_COMMON),
+    Column(name="candidate_success", dtype="uint8", shape=(4, HORIZON), **_COMMON),
+    Column(name="candidate_mask", dtype="bool", shape=(4,), **_COMMON),
+)
+"""Of each row four candidates. What covers most of the picture fails, and the fast cover most."""
 BEFORE = ("train", "train", "validation", "validation", "validation")
 """Splits of the recordings that come after those of ``test``."""
 
@@ -37,8 +47,8 @@ BEFORE = ("train", "train", "validation", "validation", "validation")
 class TinyModel(SuccessModel):
     """A linear layer."""
 
-    columns = ("velocity_history", "r_img")
-    candidate_columns = ("r_img",)
+    columns: ClassVar[tuple[str, ...]] = ("velocity_history", "r_img")
+    candidate_columns: ClassVar[tuple[str, ...]] = ("r_img",)
 
     def __init__(self, horizon: int = HORIZON) -> None:
         super().__init__()
@@ -54,6 +64,17 @@ class TinyModel(SuccessModel):
         both = torch.cat([features["history"], candidates["r_img"][:, None]], dim=1)
         out: Tensor = self.linear(both)
         return out
+
+
+class DrawnModel(TinyModel):
+    """Says that what covers more of the picture fails."""
+
+    columns = ("velocity_history", "r_img", "trajectory_image")
+    candidate_columns = ("r_img", "trajectory_image")
+
+    def score(self, features: Features, candidates: Observation) -> Tensor:
+        covered = candidates["trajectory_image"].float().mean(dim=(1, 2))
+        return super().score(features, candidates) - 50 * covered[:, None]
 
 
 def write_tiny_dataset(
@@ -90,7 +111,7 @@ def _rows(random: np.random.Generator, count: int, judged: float) -> Arrays:
     chance = np.sort(random.random((count, HORIZON)), axis=1)
     success = (chance < r_img[:, None]).astype(np.uint8)
     failing = (success[:, 0] == 0) & (np.arange(count) % 4 == 0)
-    return {
+    found: Arrays = {
         "velocity_history": random.normal(size=(count, 4, 2)).astype(np.float32),
         "r_img": r_img,
         "image": random.integers(0, 256, (count, 6, 8, 3), dtype=np.uint8),
@@ -100,6 +121,20 @@ def _rows(random: np.random.Generator, count: int, judged: float) -> Arrays:
         "recording": np.zeros(count, np.int32),
         "stamp_ns": np.arange(count)[::-1].astype(np.int64),
         "state": np.where(failing, 0, 3).astype(np.uint8),
+    }
+    return found | _candidates(random, count)
+
+
+def _candidates(random: np.random.Generator, count: int) -> Arrays:
+    speed = random.random((count, 4))
+    covered = np.arange(48).reshape(6, 8) < 48 * speed[..., None, None]
+    through = np.repeat(speed[..., None] + random.normal(0, 0.2, (count, 4, 1)) < 0.5, HORIZON, 2)
+    return {
+        "trajectory_image": covered[:, 0].astype(np.uint8),
+        "candidate_velocity": np.stack([speed, 0 * speed], axis=2).astype(np.float32),
+        "candidate_image": covered.astype(np.uint8),
+        "candidate_success": through.astype(np.uint8),
+        "candidate_mask": random.random((count, 4)) < 0.9,
     }
 
 
