@@ -114,8 +114,8 @@ def scan_ways(data: Path, split: str, rows: NDArray[np.int64]) -> Ways:
     velocities = batch["candidate_velocity"].astype(np.float64)
     half = LaserScanSettings().half_angle
     free = [
-        free_way(asked, scan_points(scan.astype(np.float32), half), body)
-        for asked, scan in zip(velocities, batch["laser_scan"], strict=True)
+        free_way(candidates, scan_points(scan.astype(np.float32), half), body)
+        for candidates, scan in zip(velocities, batch["laser_scan"], strict=True)
     ]
     return Ways(robot, velocities, free)
 

@@ -43,12 +43,12 @@ def main() -> int:
     scenario, robot = load_scenario(arguments.scenario)
     config = TrialConfig()
     field = build_field(trial_scenario(scenario, config.trial), robot, 1, front_only=True)
-    asked = list(situations(field, config, arguments.steps))
+    moments = list(situations(field, config, arguments.steps))
     lines = [HEADING]
     for path in arguments.bundles:
         planner = make_planner(Method(path.name, path), field, config, arguments.threads)
         contract = load_bundle(path).contract
-        lines.append(_line(f"{contract.model}, {contract.preset}", planner, asked))
+        lines.append(_line(f"{contract.model}, {contract.preset}", planner, moments))
         sys.stderr.write(lines[-1] + "\n")
     publish(lines, arguments.out)
     return 0
@@ -67,10 +67,10 @@ def situations(field: Field, config: TrialConfig, number: int) -> Iterator[Situa
         yield sensed.now(way)
 
 
-def _line(name: str, planner: Planner, asked: list[Situation]) -> str:
-    planner.command(asked[0])
+def _line(name: str, planner: Planner, moments: list[Situation]) -> str:
+    planner.command(moments[0])
     taken, candidates, reasons = [], [], 0
-    for situation in asked:
+    for situation in moments:
         begun = time.perf_counter()
         command = planner.command(situation)
         taken.append(time.perf_counter() - begun)

@@ -32,25 +32,25 @@ def main() -> int:
         "| --- | --- | --- | --- | --- |",
     ]
     for path in arguments.checkpoints:
-        held = load_checkpoint(path)
-        known = encode(held, arguments.data, "train", TRAINED_EVERY)
-        asked = encode(held, arguments.data, arguments.split, arguments.every)
-        taught = _decay_of(held.model)
+        checkpoint = load_checkpoint(path)
+        training = encode(checkpoint, arguments.data, "train", TRAINED_EVERY)
+        examined = encode(checkpoint, arguments.data, arguments.split, arguments.every)
+        taught = _decay_of(checkpoint.model)
         for decay, trust in [(decay, None) for decay in DECAYS] + [(taught, 1.0), (taught, 0.0)]:
-            figures = probe(decay, _trusting(known, trust), _trusting(asked, trust))
-            made = "as made" if trust is None else f"all {trust:g}"
-            lines.append(f"| {path.parent.name} | {decay:g} | {made} | {figures} |")
+            figures = probe(decay, _trusting(training, trust), _trusting(examined, trust))
+            trust_text = "as made" if trust is None else f"all {trust:g}"
+            lines.append(f"| {path.parent.name} | {decay:g} | {trust_text} | {figures} |")
             sys.stderr.write(lines[-1] + "\n")
     publish(lines, arguments.out)
     return 0
 
 
-def probe(decay: float, known: Encoded, asked: Encoded) -> str:
+def probe(decay: float, training: Encoded, examined: Encoded) -> str:
     """How a fresh A-GNN ranks that has learned from encoded scenes."""
-    through = asked.success.bool().all(dim=2).numpy()
-    model = learn("graspe", known, graph={"decay": decay})
-    found = rank(through, least_success(model, asked))
-    return f"{found.pooled:.3f} | {found.within:.3f}"
+    through = examined.success.bool().all(dim=2).numpy()
+    model = learn("graspe", training, graph={"decay": decay})
+    ranking = rank(through, least_success(model, examined))
+    return f"{ranking.pooled:.3f} | {ranking.within:.3f}"
 
 
 def _decay_of(model: SuccessModel) -> float:

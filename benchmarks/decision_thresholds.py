@@ -35,12 +35,12 @@ def main() -> int:
     """Judge the thresholds for every checkpoint given, and store the tables."""
     arguments = read_arguments(__doc__, every=1)
     count = len(Dataset(arguments.data, arguments.split, ("r_point",), check="sha256"))
-    asked = arguments.data, arguments.split, np.arange(0, count, arguments.every)
-    through, (barred, r_point) = known(*asked), scan_bars(*asked)
+    rows = arguments.data, arguments.split, np.arange(0, count, arguments.every)
+    through, (barred, r_point) = known(*rows), scan_bars(*rows)
     lines = ["# Thresholds of decision", "", LEGEND, ""]
     for path in arguments.checkpoints:
         checkpoint = load_checkpoint(path)
-        least = least_success(checkpoint, *asked)
+        least = least_success(checkpoint, *rows)
         lines += [f"## {checkpoint.config.model} ({path.parent.name})", ""]
         lines += [*_bands(through, barred, r_point, least), ""]
         lines += [*_grid(through, barred, r_point, least), ""]
@@ -54,8 +54,8 @@ def scan_bars(data: Path, split: str, rows: NDArray[np.int64]) -> tuple[Mask, Fl
     """Whether the scan bars each candidate (N, K), as the planner judges; and r_point (N,)."""
     ways, reaction_s = scan_ways(data, split, rows), GraspePlannerSettings().reaction_s
     admitted = [
-        admissible(asked, way, ways.robot.limits, reaction_s)
-        for asked, way in zip(ways.velocities, ways.free, strict=True)
+        admissible(candidates, way, ways.robot.limits, reaction_s)
+        for candidates, way in zip(ways.velocities, ways.free, strict=True)
     ]
     r_point = Dataset(data, split, ("r_point",), check="sha256").batch(rows)["r_point"]
     return ~np.stack(admitted), r_point.astype(np.float64)

@@ -45,12 +45,12 @@ def main() -> int:
     lines = ["| encoders | fusion | AU-ROC, all | within a scene |", "| --- | --- | --- | --- |"]
     for path, held in zip(arguments.checkpoints, checkpoints, strict=True):
         known = encode(held, arguments.data, "train", TRAINED_EVERY)
-        asked = encode(held, arguments.data, arguments.split, arguments.every)
-        through = asked.success.bool().all(dim=2).numpy()
+        examined = encode(held, arguments.data, arguments.split, arguments.every)
+        through = examined.success.bool().all(dim=2).numpy()
         fusions = {f"{name}, fresh": learn(name, known) for name in _names(checkpoints)}
         for name, model in ({"its own": family_member(held)} | fusions).items():
-            found = rank(through, least_success(model, asked))
-            figures = f"{found.pooled:.3f} | {found.within:.3f}"
+            ranking = rank(through, least_success(model, examined))
+            figures = f"{ranking.pooled:.3f} | {ranking.within:.3f}"
             lines.append(f"| {path.parent.name} | {name} | {figures} |")
             sys.stderr.write(lines[-1] + "\n")
     publish(lines, arguments.out)
@@ -106,13 +106,13 @@ def learn(name: str, known: Encoded, **overrides: Any) -> GraspeFamily:
     return model.eval()
 
 
-def least_success(model: GraspeFamily, asked: Encoded) -> NDArray[np.float64]:
+def least_success(model: GraspeFamily, examined: Encoded) -> NDArray[np.float64]:
     """min(E) of each candidate, (N, K)."""
     model.eval()
     found = []
     with torch.inference_mode():
-        for rows in torch.arange(len(asked.vectors)).split(BATCH):  # type: ignore[no-untyped-call]
-            least = torch.sigmoid(_fuse(model, asked, rows).double()).min(dim=1).values
+        for rows in torch.arange(len(examined.vectors)).split(BATCH):  # type: ignore[no-untyped-call]
+            least = torch.sigmoid(_fuse(model, examined, rows).double()).min(dim=1).values
             found.append(least.view(len(rows), -1))
     return torch.cat(found).double().numpy()
 

@@ -60,14 +60,14 @@ def main() -> int:
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
     seeds = range(arguments.seeds[0], arguments.seeds[1] + 1)
-    asked = [(name, seed) for name in arguments.worlds for seed in seeds]
+    tasks = [(name, seed) for name in arguments.worlds for seed in seeds]
     with ProcessPoolExecutor(arguments.workers) as pool:
-        found = list(pool.map(both, *zip(*asked, strict=True)))
-    driven, candidates = zip(*found, strict=True)
+        pairs = list(pool.map(both, *zip(*tasks, strict=True)))
+    driven, candidates = zip(*pairs, strict=True)
     lines = [HEADING, row("driven, by the rules", driven)]
     lines.append(row("candidates, by the world", candidates))
     for name in arguments.worlds:
-        part = [pair for pair, (world, _) in zip(candidates, asked, strict=True) if world == name]
+        part = [pair for pair, (world, _) in zip(candidates, tasks, strict=True) if world == name]
         lines.append(row(f"candidates in {name}", part))
     publish(lines, arguments.out)
     return 0
@@ -106,12 +106,12 @@ def driven_labels(scenario: Scenario, seed: int, driven: Drive, moments: NDArray
     _, stamps = instants(driven, moments)
     by_rule = decide(propose(series, RULES), None, "take")
     truly = Decided(taken=tuple(true_events(driven)))
-    said, is_so = (
+    label, truth = (
         label_rows(stamps, series.odometry, decided, LabelSettings())
         for decided in (by_rule, truly)
     )
-    mask = said.mask & is_so.mask
-    return said.success.astype(bool)[mask][:, None], is_so.success.astype(bool)[mask][:, None]
+    mask = label.mask & truth.mask
+    return label.success.astype(bool)[mask][:, None], truth.success.astype(bool)[mask][:, None]
 
 
 def candidate_labels(
@@ -123,19 +123,19 @@ def candidate_labels(
     seed: int,
 ) -> Pair:
     """Candidates labelled as recordings are, and driven."""
-    drawn = part_generator(scenario, seed, "candidates")
-    velocities = draw_candidates(robot.limits, len(moments), drawn)
+    generator = part_generator(scenario, seed, "candidates")
+    velocities = draw_candidates(robot.limits, len(moments), generator)
     mechanics = scenario.motion.mechanics
-    said = candidate_success(
+    labels = candidate_success(
         world, robot, driven, moments, velocities, ARC_STEPS, ARC_STEP_S, mechanics
     )
     poses = np.column_stack([driven.position[moments, :2], driven.attitude[moments, 2]])
-    happens = [
-        goes_on(scenario, robot, begun(world, robot, pose), velocity, drawn)
-        for pose, asked in zip(poses.tolist(), velocities, strict=True)
-        for velocity in asked.tolist()
+    outcomes = [
+        goes_on(scenario, robot, begun(world, robot, pose), velocity, generator)
+        for pose, arcs in zip(poses.tolist(), velocities, strict=True)
+        for velocity in arcs.tolist()
     ]
-    return said.reshape(-1, ARC_STEPS), np.array(happens)
+    return labels.reshape(-1, ARC_STEPS), np.array(outcomes)
 
 
 def begun(world: World, robot: Robot, pose: Sequence[float]) -> World:
@@ -167,20 +167,20 @@ def goes_on(
 
 def row(name: str, pairs: Sequence[Pair]) -> str:
     """A line of the table."""
-    said, happens = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    wrong, ends, truly = said != happens, said[:, -1], happens[:, -1]
+    labels, truth = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    wrong, ends, truly = labels != truth, labels[:, -1], truth[:, -1]
     shares = (
-        (~happens).mean(),
+        (~truth).mean(),
         wrong.mean(),
-        wrong[~said].mean(),
-        wrong[said].mean(),
+        wrong[~labels].mean(),
+        wrong[labels].mean(),
         (~ends)[truly].mean(),
         ends[~truly].mean(),
     )
     cells = " | ".join(f"{100 * share:.2f} %" for share in shares)
     # Scores of 0 and 1: the mean of the shares of successes and of failures that are said so.
-    area = (happens[said].mean() + (~happens)[~said].mean()) / 2
-    return f"| {name} | {said.size} | {cells} | {area:.3f} |"
+    area = (truth[labels].mean() + (~truth)[~labels].mean()) / 2
+    return f"| {name} | {labels.size} | {cells} | {area:.3f} |"
 
 
 if __name__ == "__main__":

@@ -46,8 +46,8 @@ def main() -> int:
     for path in sorted((shipped_manifests() / "scenarios").glob("*.yaml")):
         sys.stderr.write(f"{path.stem} ...\n")
         scenario, robot = load_scenario(path)
-        told = {} if arguments.caution is None else {"caution": arguments.caution}
-        planner = scenario.planner.model_copy(update=told)
+        changes = {} if arguments.caution is None else {"caution": arguments.caution}
+        planner = scenario.planner.model_copy(update=changes)
         scenario = scenario.model_copy(update={"planner": planner})
         rows[path.stem] = sum_of([score(scenario, robot, seed) for seed in seeds])
     rows["**all**"] = sum_of(list(rows.values()))

@@ -135,20 +135,20 @@ def main() -> int:
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
     torch.set_flush_denormal(True)
-    known, asked = (
+    training, examined = (
         read_scenes(arguments.data, "train", 1),
         read_scenes(arguments.data, "validation", 2),
     )
-    through = asked.success.bool().all(dim=2).numpy()
+    through = examined.success.bool().all(dim=2).numpy()
     lines = ["| ranking | steps | AU-ROC, all | within a scene | seconds |", "|" + " --- |" * 5]
     for ranking in arguments.ranking:
         for steps in arguments.steps:
             begun = time.perf_counter()
-            model = train(known, ranking, steps, seed=0)
+            model = train(training, ranking, steps, seed=0)
             took = time.perf_counter() - begun
-            found = rank(through, least_success(model, asked))
+            area = rank(through, least_success(model, examined))
             lines.append(
-                f"| {ranking:g} | {steps} | {found.pooled:.3f} | {found.within:.3f} | {took:.0f} |"
+                f"| {ranking:g} | {steps} | {area.pooled:.3f} | {area.within:.3f} | {took:.0f} |"
             )
             sys.stderr.write(lines[-1] + "\n")
     publish(lines, arguments.out)

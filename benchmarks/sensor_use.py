@@ -28,16 +28,16 @@ def main() -> int:
     count = len(Dataset(arguments.data, arguments.split, ("r_img",), check="sha256"))
     rows = np.arange(0, count, arguments.every)
     others = np.random.default_rng(0).permutation(rows)
-    asked = arguments.data, arguments.split, rows
-    through = known(*asked)
+    rows_of_split = arguments.data, arguments.split, rows
+    through = known(*rows_of_split)
     lines = [HEADING]
     for path in arguments.checkpoints:
         checkpoint = load_checkpoint(path)
-        own = rank(through, least_success(checkpoint, *asked))
+        own = rank(through, least_success(checkpoint, *rows_of_split))
         cells = [f"{own.pooled:.3f}, {own.within:.3f}"]
         for columns in SENSORS.values():
             strange = [name for name in columns if name in checkpoint.model.columns]
-            judged = rank(through, least_success(checkpoint, *asked, strange, others))
+            judged = rank(through, least_success(checkpoint, *rows_of_split, strange, others))
             cells.append(_lost(own, judged) if strange else "-")
         lines.append(f"| {checkpoint.config.model} ({path.parent.name}) | {' | '.join(cells)} |")
         sys.stderr.write(lines[-1] + "\n")

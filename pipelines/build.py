@@ -93,11 +93,11 @@ def _process(
             f"{task.path.name}: its worker process ended (killed, or it could not start); try "
             f"--workers 1.",
         )
-        progress.advance(_told(outcome))
+        progress.advance(_summary(outcome))
         yield outcome
 
 
-def _told(outcome: Episode | Refusal) -> str:
+def _summary(outcome: Episode | Refusal) -> str:
     if isinstance(outcome, Refusal):
         return f"{outcome.path.name}: refused: {outcome.reason}"
     record = outcome.extracted
@@ -163,7 +163,7 @@ def _placed(
 
 def _no_rows(episodes: Sequence[Episode], refused: Sequence[Refusal]) -> str:
     reasons = [f"  {refusal.reason}" for refusal in refused]
-    reasons += [f"  {_told(episode)}" for episode in episodes]
+    reasons += [f"  {_summary(episode)}" for episode in episodes]
     return "No recording makes a row, so no dataset is written:\n" + "\n".join(reasons)
 
 

@@ -61,8 +61,8 @@ def run_demo_zoo(out: Path, threads: int, progress: ZooProgress) -> DemoModels:
 def _exported(checkpoint: Path, bundle: Path, dataset: Path, progress: ZooProgress) -> Path:
     if bundle.is_dir():
         return bundle
-    with progress.evaluation() as told:
-        return export_bundle(checkpoint, bundle, dataset, told)
+    with progress.evaluation() as evaluation:
+        return export_bundle(checkpoint, bundle, dataset, evaluation)
 
 
 def _candidates(bundle: Path, dataset: Path, picture: Path, threads: int) -> Path:

@@ -88,7 +88,7 @@ def _names(path: Path, document: LinedYaml) -> Iterator[LinedFault]:
             f"build finds it.",
         )
         return
-    said = _said(document, "recording")
+    said = _text_of(document, "recording")
     if said and said != path.name.removesuffix(SUFFIX):
         yield LinedFault(
             document.line(("recording",)),
@@ -97,7 +97,7 @@ def _names(path: Path, document: LinedYaml) -> Iterator[LinedFault]:
         )
 
 
-def _said(document: LinedYaml, key: str) -> str:
+def _text_of(document: LinedYaml, key: str) -> str:
     content = document.content
     value = content.get(key) if isinstance(content, dict) else None
     return value if isinstance(value, str) else ""
@@ -105,11 +105,11 @@ def _said(document: LinedYaml, key: str) -> str:
 
 def _recording_of(path: Path, document: LinedYaml, recordings: Sequence[Path]) -> Path | None:
     """The recording beside the file, else the one it is named for, else the one it names."""
-    named = _said(document, "recording")
+    name = _text_of(document, "recording")
     beside = [known for known in recordings if annotation_path(known).resolve() == path.resolve()]
     alike = [known for known in recordings if annotation_path(known).name == path.name]
-    told = [known for known in recordings if named and known.resolve().name == named]
-    return next(iter([*beside, *alike, *told]), None)
+    by_name = [known for known in recordings if name and known.resolve().name == name]
+    return next(iter([*beside, *alike, *by_name]), None)
 
 
 def _unknown(path: Path, recordings: Sequence[Path]) -> LinedFault:
@@ -127,11 +127,11 @@ def _against(
 ) -> Iterator[LinedFault]:
     """Whether the file is of this recording, and its intervals lie within."""
     try:
-        said, digest = _said(document, "sha256"), recording_digest(recording)
-        if checked.annotation and said and said != digest:
+        declared, digest = _text_of(document, "sha256"), recording_digest(recording)
+        if checked.annotation and declared and declared != digest:
             yield LinedFault(
                 document.line(("sha256",)),
-                f"sha256: labels of another recording: expected {said}, {recording.name} has "
+                f"sha256: labels of another recording: expected {declared}, {recording.name} has "
                 f"{digest}.",
             )
         span = _stamps(recording) if recipe is None else _odometry(recording, recipe)

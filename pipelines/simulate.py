@@ -99,7 +99,7 @@ def simulate(
 def _simulate_one(out: Path, threads: int, replace: bool, simulation: Simulation) -> Simulated:
     target, begun = out / simulation.name, time.monotonic()
     if target.exists():
-        kept = _kept(simulation, target, replace)
+        kept = _earlier(simulation, target, replace)
         if kept is not None:
             return kept
         _make_way(target, replace)
@@ -109,7 +109,7 @@ def _simulate_one(out: Path, threads: int, replace: bool, simulation: Simulation
     return Simulated(target, simulation.seed, _counts(target), time.monotonic() - begun)
 
 
-def _kept(simulation: Simulation, target: Path, replace: bool) -> Simulated | None:
+def _earlier(simulation: Simulation, target: Path, replace: bool) -> Simulated | None:
     """The recording that is there, where it is this one; a damaged one is none if replaced."""
     try:
         same = _is_same(simulation, target)
@@ -146,8 +146,8 @@ def _record(simulation: Simulation, path: Path, threads: int) -> None:
 
 
 def _is_same(simulation: Simulation, target: Path) -> bool:
-    told = scenario_text(simulation.scenario, simulation.robot, simulation.seed, simulation.habits)
-    return _container_of(target) == simulation.container and read_scenario_text(target) == told
+    text = scenario_text(simulation.scenario, simulation.robot, simulation.seed, simulation.habits)
+    return _container_of(target) == simulation.container and read_scenario_text(target) == text
 
 
 def _container_of(target: Path) -> Container:

@@ -36,7 +36,7 @@ def split_of(
     name = group.name if group else identity[:12]
     if group is not None and group.split is not None:
         return name, group.split
-    return name, _drawn(name, settings, seed)
+    return name, _draw_split(name, settings, seed)
 
 
 def place_recordings(
@@ -77,7 +77,7 @@ def _names(drives: Sequence[DriveIdentity], numbers: set[int]) -> tuple[str, ...
     return tuple(sorted(drives[number].name for number in numbers))
 
 
-def _drawn(name: str, settings: SplitSettings, seed: int) -> Split:
+def _draw_split(name: str, settings: SplitSettings, seed: int) -> Split:
     digest = hashlib.sha256(f"{seed}/{name}".encode()).digest()
     draw = int.from_bytes(digest[:8], "big") / DIGEST_RANGE
     if draw < settings.train:
@@ -132,7 +132,7 @@ class _Groups:
 
     def placement(self, drive: DriveIdentity, linked: tuple[str, ...], seed: int) -> SplitPlacement:
         union, group = self._of_recording[drive.digest], self._settings.group_of(drive.name)
-        split = union.split or _drawn(union.name, self._settings, seed)
+        split = union.split or _draw_split(union.name, self._settings, seed)
         return SplitPlacement(group.name if group else union.name, split, linked)
 
     def _conflict(

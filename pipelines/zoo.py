@@ -114,11 +114,11 @@ def _evaluations(zoo: Zoo, runs: Sequence[ZooRun], progress: ZooProgress) -> Ite
 
 def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) -> Evaluation:
     """The evaluation of a checkpoint: the one in the file where that is of it, else a new one."""
-    loaded = load_checkpoint(checkpoint)
-    found = _found(file)
+    model = load_checkpoint(checkpoint)
+    earlier = _earlier_evaluation(file)
     digest = Dataset(zoo.dataset, zoo.split, ()).digest
     wanted = (
-        loaded.digest,
+        model.digest,
         digest,
         zoo.split,
         tuple(zoo.conditions),
@@ -126,20 +126,20 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
         RESAMPLES,
         RESAMPLE_SEED,
     )
-    if found is not None:
-        kept = (
-            found.checkpoint,
-            found.dataset,
-            found.split,
-            found.conditions,
-            found.every,
-            found.resamples,
-            found.resample_seed,
+    if earlier is not None:
+        is_current = (
+            earlier.checkpoint,
+            earlier.dataset,
+            earlier.split,
+            earlier.conditions,
+            earlier.every,
+            earlier.resamples,
+            earlier.resample_seed,
         )
-        if kept == wanted:
-            return with_training(found, loaded)
-    made = evaluate(
-        loaded,
+        if is_current == wanted:
+            return with_training(earlier, model)
+    evaluation = evaluate(
+        model,
         zoo.dataset,
         zoo.split,
         zoo.conditions,
@@ -147,11 +147,11 @@ def evaluate_once(zoo: Zoo, checkpoint: Path, file: Path, progress: Progress) ->
         every=zoo.every,
         progress=progress,
     )
-    made.write(file)
-    return made
+    evaluation.write(file)
+    return evaluation
 
 
-def _found(file: Path) -> Evaluation | None:
+def _earlier_evaluation(file: Path) -> Evaluation | None:
     try:
         return read_evaluation(file) if file.is_file() else None
     except ZooError:

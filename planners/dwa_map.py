@@ -74,15 +74,15 @@ class DwaMap:
             PlannerError: There is no cloud, or no map can be made of it.
         """
         settings, limits = self._settings, self._limits
-        seen = self._source.cost_map(situation)
+        cost_map = self._source.cost_map(situation)
         ground = MapRollOuts(
-            seen, situation.pose, self._footprint, self._body, settings.margin, settings.berth
+            cost_map, situation.pose, self._footprint, self._body, settings.margin, settings.berth
         )
         window = velocity_window(limits, situation.velocity, settings.window).velocities
         steps = max(1, round(settings.predict_s / settings.step_s))
         velocities = window[ground.free(window, settings.predict_s, steps)]
         if len(velocities) == 0:
-            return self._get_away(situation, seen, ground, _slowest(window))
+            return self._get_away(situation, cost_map, ground, _slowest(window))
         cost = self._cost(velocities, ground, goal_in_base(situation), steps)
         if not np.isfinite(cost).all():
             return Command(0.0, 0.0, "the cost of roll-outs is no number: stop")
@@ -99,12 +99,12 @@ class DwaMap:
         return cost + settings.obstacle * ground.cost(velocities, settings.predict_s, steps)
 
     def _get_away(
-        self, situation: Situation, seen: CostMap, ground: MapRollOuts, slowest: float
+        self, situation: Situation, cost_map: CostMap, ground: MapRollOuts, slowest: float
     ) -> Command:
         """Turn as begun; where that is blocked, crawl; else turn the other way; else stop."""
         settings, limits = self._settings, self._limits
         error = float(heading_error(np.zeros(3), goal_in_base(situation)))
-        points = _points_now(seen, situation)
+        points = _points_now(cost_map, situation)
         turns = turns_on_the_spot(limits, situation.velocity[1], error, points, settings.turn)
         rates = np.union1d(np.linspace(*limits.yaw_rate, 2 * _CRAWLS + 1), 0.0)
         rates = rates[: len(rates) if slowest else 0]
@@ -126,9 +126,9 @@ def _slowest(window: Floats) -> float:
     return float(speeds[np.argmin(np.abs(speeds))]) if len(speeds) else 0.0
 
 
-def _points_now(seen: CostMap, situation: Situation) -> Floats:
+def _points_now(cost_map: CostMap, situation: Situation) -> Floats:
     """Centres of the solid cells (N, 2), metres, in base_link now."""
-    points, turn = seen.solid_points(), situation.pose[2] - seen.pose[2]
-    away = points - goal_seen_from(seen.pose, situation.pose[:2])
+    points, turn = cost_map.solid_points(), situation.pose[2] - cost_map.pose[2]
+    away = points - goal_seen_from(cost_map.pose, situation.pose[:2])
     cosine, sine = np.cos(turn), np.sin(turn)
     return np.asarray(away @ np.array([[cosine, -sine], [sine, cosine]]))

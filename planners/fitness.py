@@ -100,12 +100,12 @@ def _kinds(situation: Situation) -> str:
     }
     for name, (value, kind) in held.items():
         if not isinstance(value, kind):
-            return f"the {name} is {_named(value)}"
+            return f"the {name} is {_name_of(value)}"
     strange = [each for each in situation.motions[:MOST_MOTIONS] if not isinstance(each, Motion)]
-    return f"the odometry has {_named(strange[0])} in it" if strange else ""
+    return f"the odometry has {_name_of(strange[0])} in it" if strange else ""
 
 
-def _named(value: object) -> str:
+def _name_of(value: object) -> str:
     return "None" if value is None else f"a {type(value).__name__}"
 
 
@@ -148,10 +148,12 @@ def _odometry(situation: Situation, settings: GuardSettings) -> str:
 
 def _elsewhere(situation: Situation) -> str:
     """Whether a pose without a stamp of its own is that of the latest motion."""
-    told = [motion.position for motion in situation.motions if motion.position is not None]
-    if not told or not np.isfinite(told[-1]).all():
+    positions = [motion.position for motion in situation.motions if motion.position is not None]
+    if not positions or not np.isfinite(positions[-1]).all():
         return ""
-    apart = float(np.hypot(told[-1][0] - situation.pose[0], told[-1][1] - situation.pose[1]))
+    apart = float(
+        np.hypot(positions[-1][0] - situation.pose[0], positions[-1][1] - situation.pose[1])
+    )
     if apart <= POSE_APART_M:
         return ""
     return (
@@ -166,7 +168,7 @@ def _picture(situation: Situation, settings: GuardSettings) -> str:
         return "there is no picture"
     rgb: object = picture.rgb
     if not isinstance(rgb, np.ndarray):
-        return f"the picture is {_named(rgb)}, expected uint8 (H, W, 3)"
+        return f"the picture is {_name_of(rgb)}, expected uint8 (H, W, 3)"
     if rgb.dtype != np.uint8 or (rgb.ndim, rgb.shape[-1:]) != (3, (3,)):
         return f"the picture is {rgb.dtype} {rgb.shape}, expected uint8 (H, W, 3)"
     return _late("picture", picture.stamp_ns, now_ns, settings.picture_age_s, settings.ahead_s)
@@ -191,12 +193,12 @@ def driven_since(situation: Situation, most_m: float) -> str:
     if situation.cloud is None:
         return ""
     age_s = max(0.0, (situation.now_ns - situation.cloud.stamp_ns) / 1e9)
-    driven = abs(situation.velocity[0]) * age_s
-    if not driven > most_m:
+    metres = abs(situation.velocity[0]) * age_s
+    if not metres > most_m:
         return ""
     return (
         f"the cloud is {age_s:.2f} s old at {situation.velocity[0]:g} m/s: the robot has driven "
-        f"{driven:.2f} m since, more than {most_m:g} m"
+        f"{metres:.2f} m since, more than {most_m:g} m"
     )
 
 

@@ -72,8 +72,8 @@ class GlassSlamSource:
 
     def _remember(self, cloud: PointCloud, pose: Pose) -> None:
         """Add the cells of the odometry frame in which the cloud shows glass."""
-        found = self._mounting.apply(self._peaks(cloud))[:, :2]
-        places = found @ _turn(pose).T + pose[:2]
+        points = self._mounting.apply(self._peaks(cloud))[:, :2]
+        places = points @ _turn(pose).T + pose[:2]
         cells = np.floor(places / self._settings.occupancy.resolution).astype(np.int64)
         self._glass.update((x, y) for x, y in cells.tolist())
 
@@ -86,8 +86,8 @@ class GlassSlamSource:
         least = np.einsum("ij,ij->i", cloud.xyz, cloud.xyz) >= lidar.minimum_range**2
         ring = None if cloud.ring is None else cloud.ring[least]
         scaled = strength[least] * np.float32(COUNTS / lidar.intensity_maximum)
-        seen = PointCloud(cloud.stamp_ns, cloud.frame, cloud.xyz[least], scaled, ring)
-        return glass_peaks(seen, lidar.rings, self._settings.peaks)
+        scaled_cloud = PointCloud(cloud.stamp_ns, cloud.frame, cloud.xyz[least], scaled, ring)
+        return glass_peaks(scaled_cloud, lidar.rings, self._settings.peaks)
 
     def _with_glass(self, occupied: Mask, pose: Pose) -> Mask:
         """The map with the remembered cells that lie on it."""

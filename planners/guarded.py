@@ -53,36 +53,36 @@ class Guarded:
         settings = settings or GuardSettings()
         looks = settings.needs_picture or getattr(planner, "needs_picture", False)
         self._settings = settings.model_copy(update={"needs_picture": looks})
-        self._clock, self._heard_s = clock, 0.0
+        self._clock, self._renewed_s = clock, 0.0
         self._latest: dict[str, int] = {}
         self._answers = Deadline[Command](self._settings.answer_s)
         self._watch = GoalWatch(self._settings.goal)
         self._frozen = FrozenWatch(self._settings.frozen_m)
-        self._given = (0.0, 0.0)
-        self._said, self._said_s = "", -math.inf
+        self._last_velocity = (0.0, 0.0)
+        self._last_reason, self._last_reason_s = "", -math.inf
         self._log = logging.getLogger(LOGGER_NAME)
 
     def command(self, situation: Situation) -> Command:
         """The planner's command, or a stop with a reason; never an exception."""
         try:
-            command = self._asked(in_order(situation, self._settings.reorder_s))
+            command = self._decide(in_order(situation, self._settings.reorder_s))
         except Exception as error:  # noqa: BLE001 - whatever it is, the robot must not drive on
-            known = isinstance(error, GraspeError)
+            is_ours = isinstance(error, GraspeError)
             text = _text(error)
-            if not known:
+            if not is_ours:
                 self._tell(logging.ERROR, f"the planner failed: {text}")
-            command = self._stop(situation, text if known else f"{type(error).__name__}: {text}")
-        self._given = command.linear_velocity, command.yaw_rate
+            command = self._stop(situation, text if is_ours else f"{type(error).__name__}: {text}")
+        self._last_velocity = command.linear_velocity, command.yaw_rate
         return command
 
-    def _asked(self, situation: Situation) -> Command:
+    def _decide(self, situation: Situation) -> Command:
         settings = self._settings
         reason = (
             unfit(situation, settings)
             or self._went_back(situation)
             or contradiction(situation, self._limits)
             or driven_since(situation, settings.stale_m)
-            or self._frozen.frozen(situation, self._given, picture=settings.needs_picture)
+            or self._frozen.frozen(situation, self._last_velocity, picture=settings.needs_picture)
         )
         if reason:
             return self._stop(situation, reason)
@@ -95,7 +95,7 @@ class Guarded:
 
     def _went_back(self, situation: Situation) -> str:
         """Whether the robot's clock, or a sensor's stamps, go back or stand still."""
-        now_ns, heard_s = situation.now_ns, self._clock()
+        now_ns, clock_s = situation.now_ns, self._clock()
         stamps = {"clock": now_ns}
         if situation.cloud is not None:
             stamps["cloud's stamp"] = situation.cloud.stamp_ns
@@ -106,19 +106,19 @@ class Guarded:
             if stamp < before.get(name, stamp):
                 return f"the {name} went back by {(before[name] - stamp) / 1e9:.2f} s"
         if now_ns != before.get("clock"):
-            self._heard_s = heard_s
-        stood_s = heard_s - self._heard_s
+            self._renewed_s = clock_s
+        stood_s = clock_s - self._renewed_s
         if stood_s <= self._settings.odometry_age_s:
             return ""
         return f"the clock has stood still for {stood_s:.2f} s: the situation is not renewed"
 
     def _beyond(self, command: Command) -> str:
         """Why a command cannot be driven; empty where it can."""
-        asked = {
+        velocities = {
             "linear velocity": (command.linear_velocity, self._limits.linear_velocity),
             "yaw rate": (command.yaw_rate, self._limits.yaw_rate),
         }
-        for name, (value, (low, high)) in asked.items():
+        for name, (value, (low, high)) in velocities.items():
             # A stop is always allowed, and NaN is within no limits.
             if value != 0 and not low - _TOLERANCE <= value <= high + _TOLERANCE:
                 return f"the planner's {name} {value:g} is not within {low:g}..{high:g}"
@@ -143,7 +143,7 @@ class Guarded:
         if abs(v) > damage_from(limits)[0]:
             v, omega = 0.0, 0.0
         v, omega = _clipped(v, limits.linear_velocity), _clipped(omega, limits.yaw_rate)
-        v, omega = _slower(v, self._given[0]), _slower(omega, self._given[1])
+        v, omega = _slower(v, self._last_velocity[0]), _slower(omega, self._last_velocity[1])
         v = _toward_zero(v, limits.linear_acceleration * period)
         omega = _toward_zero(omega, limits.yaw_acceleration * period)
         return Command(v, omega, f"stop: {reason}", considered, arrived)
@@ -151,9 +151,9 @@ class Guarded:
     def _tell(self, level: int, text: str) -> None:
         """Log a reason when it changes, and once a second; a handler that fails stops nobody."""
         now_s = self._clock()
-        if text == self._said and now_s - self._said_s < _EVERY_S:
+        if text == self._last_reason and now_s - self._last_reason_s < _EVERY_S:
             return
-        self._said, self._said_s = text, now_s
+        self._last_reason, self._last_reason_s = text, now_s
         with suppress(Exception):
             self._log.log(level, "%s", text)
 

@@ -75,13 +75,13 @@ class IntensitySource:
         cloud = self._clouds.cloud(situation, self._mounting, self._least)
         if self._last is None or situation.cloud is not self._mapped:
             try:
-                self._last = self._made(situation, cloud)
+                self._last = self._map_of(situation, cloud)
                 self._mapped = situation.cloud
             except ObservationError as error:
                 raise PlannerError(f"no planning map: {error}") from error
         return self._last
 
-    def _made(self, situation: Situation, cloud: PointCloud) -> CostMap:
+    def _map_of(self, situation: Situation, cloud: PointCloud) -> CostMap:
         settings, pose = self._settings, pose_at(situation, cloud.stamp_ns)
         x, y = goal_seen_from(pose, situation.goal).tolist()
         layers = intensity_layers(
@@ -89,17 +89,17 @@ class IntensitySource:
         )
         eye, cell = self._mounting.translation[:2].tolist(), settings.layers.grid.cell_m
         moment = Moment(cloud.stamp_ns, pose, (x, y), (eye[0], eye[1]))
-        planned = planning_map(layers, moment, self._memory, cell, settings.planning)
-        self._memory = planned.memory
-        return _cost_map(planned, moment, cell, settings.solid)
+        result = planning_map(layers, moment, self._memory, cell, settings.planning)
+        self._memory = result.memory
+        return _cost_map(result, moment, cell, settings.solid)
 
 
-def _cost_map(planned: PlanningMap, moment: Moment, cell_m: float, solid: float) -> CostMap:
+def _cost_map(result: PlanningMap, moment: Moment, cell_m: float, solid: float) -> CostMap:
     """Thresholds before and after the inflation agree: a dilation is a maximum."""
     return CostMap(
-        cost=planned.cost,
-        barred=planned.inflated >= np.float32(solid),
-        solid=planned.classes.true_positive + planned.glass >= np.float32(solid),
+        cost=result.cost,
+        barred=result.inflated >= np.float32(solid),
+        solid=result.classes.true_positive + result.glass >= np.float32(solid),
         cell_m=cell_m,
         pose=moment.pose,
         stamp_ns=moment.stamp_ns,

@@ -154,13 +154,13 @@ def misshapen(cloud: PointCloud) -> str:
     """Why a cloud's arrays are none of a cloud; empty where they are."""
     xyz = cloud.xyz
     if _kind(xyz) != "f" or (xyz.ndim, xyz.shape[-1:]) != (2, (3,)):
-        return f"the cloud is {_shown(xyz)}, expected float32 (N, 3) in metres"
+        return f"the cloud is {_text(xyz)}, expected float32 (N, 3) in metres"
     for name, kinds in (("intensity", "fiu"), ("ring", "iu")):
         values = getattr(cloud, name)
         if values is None:
             continue
         if _kind(values) not in kinds or values.shape != (len(xyz),):
-            return f"the cloud's {name} is {_shown(values)}, expected {len(xyz)} numbers"
+            return f"the cloud's {name} is {_text(values)}, expected {len(xyz)} numbers"
     return _far_away(xyz)
 
 
@@ -179,7 +179,7 @@ def _kind(values: object) -> str:
     return values.dtype.kind if isinstance(values, np.ndarray) else " "
 
 
-def _shown(values: object) -> str:
+def _text(values: object) -> str:
     if isinstance(values, np.ndarray):
         return f"{values.dtype} {values.shape}"
     return f"a {type(values).__name__}"

@@ -31,7 +31,7 @@ class MapRollOuts:
 
     def __init__(
         self,
-        seen: CostMap,
+        cost_map: CostMap,
         pose: Pose,
         footprint: Footprint,
         body: Body,
@@ -43,17 +43,20 @@ class MapRollOuts:
         Roll-outs keep ``margin`` metres more off barred cells, and what they cost takes in cells
         ``berth`` metres beside the body.
         """
-        self._cell_m, self._offsets = seen.cell_m, body.discs[:, 0]
-        self._origin = (*goal_seen_from(seen.pose, pose[:2]).tolist(), pose[2] - seen.pose[2])
-        kernel = _disc(float(body.discs[:, 1].max()) / seen.cell_m)
-        beside = _disc((float(body.discs[:, 1].max()) + berth) / seen.cell_m)
+        self._cell_m, self._offsets = cost_map.cell_m, body.discs[:, 0]
+        self._origin = (
+            *goal_seen_from(cost_map.pose, pose[:2]).tolist(),
+            pose[2] - cost_map.pose[2],
+        )
+        kernel = _disc(float(body.discs[:, 1].max()) / cost_map.cell_m)
+        beside = _disc((float(body.discs[:, 1].max()) + berth) / cost_map.cell_m)
         weights = beside.astype(np.float64) / np.count_nonzero(kernel)
-        spread = cv2.filter2D(seen.cost, cv2.CV_32F, weights, borderType=cv2.BORDER_CONSTANT)
+        spread = cv2.filter2D(cost_map.cost, cv2.CV_32F, weights, borderType=cv2.BORDER_CONSTANT)
         self._mean = np.asarray(spread)
-        solid = seen.solid & ~self._under(footprint, len(seen.cost), 0.0)
-        barred = seen.barred & ~self._under(footprint, len(seen.cost), _BESIDE)
+        solid = cost_map.solid & ~self._under(footprint, len(cost_map.cost), 0.0)
+        barred = cost_map.barred & ~self._under(footprint, len(cost_map.cost), _BESIDE)
         self._solid = inflate(solid.astype(np.float32), kernel) > 0
-        kernel = _disc((float(body.discs[:, 1].max()) + margin) / seen.cell_m)
+        kernel = _disc((float(body.discs[:, 1].max()) + margin) / cost_map.cell_m)
         self._barred = inflate((barred | solid).astype(np.float32), kernel) > 0
 
     def cost(self, velocities: Floats, seconds: float, steps: int) -> Floats:

@@ -32,7 +32,7 @@ class DrawnTrajectories:
     def __init__(self, drawing: PredictedTrajectory) -> None:
         """Take what draws them."""
         self._drawing = drawing
-        self._kept: OrderedDict[tuple[float, float], NDArray[np.uint8]] = OrderedDict()
+        self._images: OrderedDict[tuple[float, float], NDArray[np.uint8]] = OrderedDict()
 
     def draw(self, velocities: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s."""
@@ -43,12 +43,12 @@ class DrawnTrajectories:
         return images
 
     def _image(self, v: float, omega: float) -> NDArray[np.bool_]:
-        packed = self._kept.pop((v, omega), None)
+        packed = self._images.pop((v, omega), None)
         if packed is None:
             packed = np.packbits(self._drawing.draw(v, omega), axis=-1)
-        self._kept[v, omega] = packed
-        if len(self._kept) > KEPT:
-            self._kept.popitem(last=False)
+        self._images[v, omega] = packed
+        if len(self._images) > KEPT:
+            self._images.popitem(last=False)
         width = self._drawing.intrinsics.width
         return np.unpackbits(packed, axis=-1, count=width).view(np.bool_)
 
@@ -101,7 +101,7 @@ class RowObserver:
             step_s=contract.observation.horizon_step_s,
             behind=contract.observation.drawn_from_behind,
         )
-        self._drawn = DrawnTrajectories(drawing)
+        self._trajectories = DrawnTrajectories(drawing)
         frames = calibration.camera_frame, calibration.lidar_frame
         trained = contract.robot.camera_frame, contract.robot.lidar_frame
         camera, lidar = (here or there for here, there in zip(frames, trained, strict=True))
@@ -163,4 +163,4 @@ class RowObserver:
 
     def trajectory_images(self, velocities: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Trajectory images, bool (K, H, W), of velocities (K, 2) in m/s and rad/s."""
-        return self._drawn.draw(velocities)
+        return self._trajectories.draw(velocities)

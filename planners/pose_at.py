@@ -35,8 +35,8 @@ def pose_at(situation: Situation, stamp_ns: int) -> Pose:
     passed_s = (situation.now_ns - last_ns) / 1e9
     now = _joined(last, _arc(situation.velocity, passed_s))
     if math.dist(now, situation.pose) < _SAME:
-        known = [*moved, (situation.now_ns, situation.pose)]
-        return _interpolated(known, stamp_ns, situation.now_ns)
+        poses = [*moved, (situation.now_ns, situation.pose)]
+        return _interpolated(poses, stamp_ns, situation.now_ns)
     then = _interpolated([*moved, (situation.now_ns, now)], stamp_ns, situation.now_ns)
     return _joined(situation.pose, _between(now, then))
 

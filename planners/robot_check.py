@@ -133,8 +133,8 @@ def _mounting(
 ) -> Iterator[str]:
     if not np.linalg.norm(found.translation - expected.translation) <= tolerances.metres:
         yield (
-            f"{name} mounting: at {_shown(found.translation)} m, "
-            f"expected {_shown(expected.translation)} m"
+            f"{name} mounting: at {_text(found.translation)} m, "
+            f"expected {_text(expected.translation)} m"
         )
     if not np.allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-3):
         yield f"{name} mounting: its rotation is none, its rows are not orthonormal"
@@ -165,5 +165,5 @@ def _faster(contract: BundleContract, robot: Robot, tolerances: MatchSettings) -
             yield f"limits.{name}: {low:g}..{high:g}, expected within {least:g}..{most:g}"
 
 
-def _shown(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+def _text(values: Sequence[float] | np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
     return "(" + ", ".join(f"{value:.3f}" for value in values) + ")"

@@ -78,7 +78,7 @@ class Scorer:
         check_sensors(bundle.contract, calibration, self.match)
         self._bundle, self._calibration = bundle, calibration
         self._observer = RowObserver(bundle.contract, calibration, source)
-        self._seen: _SceneInputs | None = None
+        self._last: _SceneInputs | None = None
         self._taken = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
 
     @property
@@ -113,11 +113,11 @@ class Scorer:
         # First of all: OpenCV's threads, too, are those of the process that loaded the bundle.
         self._bundle.check_process()
         history = self._observer.history(situation)
-        if self._seen is not None and self._seen.is_of(situation, history):
-            return self._seen.scene
+        if self._last is not None and self._last.is_of(situation, history):
+            return self._last.scene
         observation = self._observer.observe(situation)
         scene = Scene(observation, self._bundle.encode(observation.columns))
-        self._seen = _SceneInputs(situation.picture, situation.cloud, history, scene)
+        self._last = _SceneInputs(situation.picture, situation.cloud, history, scene)
         return scene
 
     def judge(self, scene: Scene, velocities: Floats) -> NDArray[np.float32]:

@@ -52,7 +52,7 @@ class SensorFrame:
         """Take the calibration's frame; None where it tells none."""
         self._sensor = sensor
         self._declared = plain_frame(frame or "") or None
-        self._held = self._declared
+        self._frame = self._declared
 
     def check(self, frame: str, motions: Sequence[Motion]) -> None:
         """Refuse a message's frame that is not the sensor's.
@@ -72,11 +72,11 @@ class SensorFrame:
                 f"the {what} is in the frame {found!r}, {fault}: give it in the {self._sensor}'s "
                 f"own frame, and name that as `{self._sensor}.frame` in the robot manifest."
             )
-        self._held = found
+        self._frame = found
 
     def _fault(self, found: str, motions: Sequence[Motion]) -> str:
-        if self._held is not None:
-            return "" if found == self._held else f"expected {self._held!r}"
+        if self._frame is not None:
+            return "" if found == self._frame else f"expected {self._frame!r}"
         if not found:
             return "which names none"
         last = motions[-1] if motions else None

@@ -107,7 +107,7 @@ def _describe(calibration: TemperatureScaling | Uncalibrated | None) -> str:
 
 def _bullets(content: Mapping[str, Any]) -> str:
     """A line for each value, nested ones by dotted keys."""
-    lines = [f"- {name}: {_shown(value)}" for name, value in _flat(content).items()]
+    lines = [f"- {name}: {_text(value)}" for name, value in _flat(content).items()]
     return "\n".join(lines) or "- none"
 
 
@@ -119,7 +119,7 @@ def _epochs(history: Any) -> str:
     if not names:
         return "Epoch by epoch nothing is known."
     lines = [names, ["---"] * len(names)]
-    lines += [[_shown(row.get(name)) for name in names] for row in rows]
+    lines += [[_text(row.get(name)) for name in names] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
@@ -132,9 +132,9 @@ def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def _shown(value: Any) -> str:
+def _text(value: Any) -> str:
     if value is None:
         return "none"
     if isinstance(value, list | tuple):
-        return ", ".join(_shown(item) for item in value)
+        return ", ".join(_text(item) for item in value)
     return f"{value:.4g}" if isinstance(value, float) else f"{value}"

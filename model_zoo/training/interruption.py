@@ -20,7 +20,7 @@ class Interruption:
 
     def __init__(self) -> None:
         """Nothing is held, nothing was asked."""
-        self._holding = self._asked = self.halved = False
+        self._holding = self._interrupted = self.halved = False
 
     @contextmanager
     def listening(self) -> Iterator[None]:
@@ -48,10 +48,10 @@ class Interruption:
             self.halved = False
         finally:
             self._holding = False
-        if self._asked:
+        if self._interrupted:
             raise KeyboardInterrupt
 
     def _ask(self, _number: int, _frame: FrameType | None) -> None:
-        if not self._holding or self._asked:
+        if not self._holding or self._interrupted:
             raise KeyboardInterrupt
-        self._asked = True
+        self._interrupted = True

@@ -72,11 +72,11 @@ class Optimisation:
         )
         self._module, self._optimiser = fabric.setup(_LossModule(model, recipe.ranking), self.adam)
 
-    def step(self, loaded: Batch, step: int, steps: int) -> dict[str, Tensor]:
+    def step(self, batch_on_cpu: Batch, step: int, steps: int) -> dict[str, Tensor]:
         """Do one step, in training mode; what it draws follows from seed, step and rank.
 
         Args:
-            loaded: A batch on the CPU.
+            batch_on_cpu: A batch on the CPU.
             step: Steps done before.
             steps: Of the whole training.
 
@@ -88,7 +88,7 @@ class Optimisation:
         self._module.train()
         for group in self.adam.param_groups:
             group["lr"] = learning_rate(recipe, step, steps)
-        loss, parts = self._module(*self._arguments(fabric.to_device(loaded)))
+        loss, parts = self._module(*self._arguments(fabric.to_device(batch_on_cpu)))
         self._optimiser.zero_grad(set_to_none=True)
         fabric.backward(loss)
         limit = recipe.gradient_clip or float("inf")

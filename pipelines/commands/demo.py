@@ -44,14 +44,14 @@ def demo(
     typer.echo(
         f"recordings: {out / 'recordings'}\ndataset:    {dataset} ({rows} rows)\n"
         f"report:     {page}\n"
-        + (_told(models) if models else "")
+        + (_model_lines(models) if models else "")
         + f"Next:\n  {program} inspect {out / 'recordings'}\n"
         f"  {program} dataset verify {dataset} --against-bags 20 --recordings "
         f"{out / 'recordings'}"
     )
 
 
-def _told(models: DemoModels) -> str:
+def _model_lines(models: DemoModels) -> str:
     return (
         f"models:     {models.comparison}\nbundle:     {models.bundle}\n"
         f"candidates: {models.candidates}\n"

@@ -39,9 +39,9 @@ def export(
     """
     with needing_torch():
         from model_zoo.export import export_bundle  # noqa: PLC0415
-    with ConsoleProgress(Console(stderr=True)) as told:
+    with ConsoleProgress(Console(stderr=True)) as progress:
         thresholds = Thresholds(acceptance=acceptance, reliability=reliability)
-        bundle = export_bundle(checkpoint, out, dataset, told, thresholds)
+        bundle = export_bundle(checkpoint, out, dataset, progress, thresholds)
     parity = json.loads((bundle / PARITY_FILE).read_text(encoding="utf-8"))
     if as_json:
         typer.echo(json.dumps({"bundle": str(bundle), "parity": parity}, indent=2))

@@ -136,11 +136,11 @@ def score_command(
 
 
 def _score_json(score: LabelScore) -> dict[str, object]:
-    def told(part: EventScore | StepScore, *shares: str) -> dict[str, object]:
+    def fields(part: EventScore | StepScore, *shares: str) -> dict[str, object]:
         return asdict(part) | {share: getattr(part, share) for share in shares}
 
-    kinds = {kind: told(part, "precision", "recall") for kind, part in score.events.items()}
-    steps = told(score.steps, "agreement", "precision", "recall")
+    kinds = {kind: fields(part, "precision", "recall") for kind, part in score.events.items()}
+    steps = fields(score.steps, "agreement", "precision", "recall")
     return {"recordings": score.recordings, "events": kinds, "steps": steps}
 
 

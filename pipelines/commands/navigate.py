@@ -74,20 +74,20 @@ def run_command(
         from pipelines.trials.methods import parse_methods  # noqa: PLC0415
         from pipelines.trials.run_trial import trial_scenario  # noqa: PLC0415
         from pipelines.trials.seeds import fair_seeds  # noqa: PLC0415
-    chosen = (
+    settings_of_trials = (
         settings.TrialConfig() if config is None else load_manifest(config, settings.TrialConfig)
     )
-    asked, robot = load_scenario(scenario)
-    prepared = trial_scenario(asked, chosen.trial, goal)
+    base, robot = load_scenario(scenario)
+    prepared = trial_scenario(base, settings_of_trials.trial, goal)
     ailing = load_condition(condition) if condition else None
     conditions = settings.Conditions(
         scenario=under(prepared, ailing) if ailing else prepared,
         robot=robot,
-        trial=chosen.trial,
+        trial=settings_of_trials.trial,
         condition=ailing.name if ailing else "",
     )
     tasks = [
-        running.TrialTask(conditions, each, method, chosen, record, threads)
+        running.TrialTask(conditions, each, method, settings_of_trials, record, threads)
         for each in fair_seeds(conditions, seed, trials)
         for method in parse_methods(methods)
     ]

@@ -64,23 +64,23 @@ def simulate(
         for each in range(seed, seed + recordings)
     ]
     with ConsoleProgress(Console(stderr=True)) as progress:
-        done = simulation.simulate(simulations, out, Workers(workers), progress)
+        recordings_made = simulation.simulate(simulations, out, Workers(workers), progress)
     if as_json:
-        typer.echo(json.dumps([asdict(item) for item in done], indent=2, default=str))
+        typer.echo(json.dumps([asdict(item) for item in recordings_made], indent=2, default=str))
     else:
-        _print(done, chosen.duration_s)
+        _print(recordings_made, chosen.duration_s)
 
 
 def _changed(
     chosen: Scenario, name: str, duration: float | None, sensor_rate: float | None
 ) -> Scenario:
-    content, said = chosen.model_dump(), name
+    content, source = chosen.model_dump(), name
     if duration is not None:
-        content["duration_s"], said = duration, f"{said} --duration {duration:g}"
+        content["duration_s"], source = duration, f"{source} --duration {duration:g}"
     if sensor_rate is not None:
         content["camera"]["rate"] = content["lidar"]["rate"] = sensor_rate
-        said = f"{said} --sensor-rate {sensor_rate:g}"
-    return validate(content, Scenario, said)
+        source = f"{source} --sensor-rate {sensor_rate:g}"
+    return validate(content, Scenario, source)
 
 
 def _print(done: list[Simulated], duration_s: float) -> None:

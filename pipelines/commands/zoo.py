@@ -62,9 +62,11 @@ def list_command(
         }
         for name, presets in models.items()
     }
-    columns = {name: list(next(iter(made.values())).columns) for name, made in models.items()}
+    columns = {
+        name: list(next(iter(by_preset.values())).columns) for name, by_preset in models.items()
+    }
     if as_json:
-        told = {
+        listing = {
             name: {
                 "parameters": sizes[name],
                 "au_roc": _scores(index, name, sizes[name]),
@@ -72,7 +74,7 @@ def list_command(
             }
             for name in sizes
         }
-        typer.echo(json.dumps(told, indent=2))
+        typer.echo(json.dumps(listing, indent=2))
         return
     table = Table("model", "parameters", f"AU-ROC, {TITLES[index.rows]}", "columns")
     for name, presets in sizes.items():
@@ -125,12 +127,12 @@ def train_command(
     with needing_torch():
         from model_zoo.training.recipe import load_recipe  # noqa: PLC0415
         from model_zoo.training.train import train  # noqa: PLC0415
-    asked = load_recipe(recipe)
-    given = {"seed": seed, "epochs": epochs, "searched": searched}
-    asked = asked.model_copy(update={key: n for key, n in given.items() if n is not None})
+    budget = load_recipe(recipe)
+    changed = {"seed": seed, "epochs": epochs, "searched": searched}
+    budget = budget.model_copy(update={key: n for key, n in changed.items() if n is not None})
     machine, overrides = _machine(device, workers, threads), read_overrides(changes or [])
-    with _training() as told:
-        checkpoint = train(model, preset, data, asked, out, told, machine, begin, **overrides)
+    with _training() as progress:
+        checkpoint = train(model, preset, data, budget, out, progress, machine, begin, **overrides)
     typer.echo(f"{checkpoint}\nNext: graspe zoo evaluate {checkpoint} --data {data}")
 
 
@@ -176,7 +178,7 @@ def evaluate_command(
     check_writable(file)
     if threads is not None:
         torch.set_num_threads(threads)
-    with ConsoleProgress(Console(stderr=True)) as told:
+    with ConsoleProgress(Console(stderr=True)) as progress:
         loaded = load_checkpoint(checkpoint)
         made = evaluate(
             loaded,
@@ -185,7 +187,7 @@ def evaluate_command(
             conditions,
             device=device,
             every=every,
-            progress=told,
+            progress=progress,
             references=references,
         )
     made.write(file)

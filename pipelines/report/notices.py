@@ -23,36 +23,36 @@ def notices(folder: Path, index: DatasetIndex, balances: Mapping[str, SplitBalan
     Raises:
         ShardError: A shard is missing or damaged.
     """
-    told = [f"The split {s} has no rows." for s, b in balances.items() if not b.whole.rows]
+    lines = [f"The split {s} has no rows." for s, b in balances.items() if not b.whole.rows]
     if not any(balance.whole.rows_failing for balance in balances.values()):
-        told.append("No row fails: a model cannot learn failure from this dataset alone.")
+        lines.append("No row fails: a model cannot learn failure from this dataset alone.")
     refused = sum(
         "refused" in entry.details and "counted_as" not in entry.details
         for entry in index.recordings
     )
     damaged = sum(bool(entry.details.get("damage")) for entry in index.recordings)
     if refused:
-        told.append(f"{refused} of {len(index.recordings)} recordings were refused.")
+        lines.append(f"{refused} of {len(index.recordings)} recordings were refused.")
     mended = sum(
         any(course in ("mended", "noted") for course, _ in entry.findings)
         for entry in index.recordings
     )
     if mended:
-        told.append(
+        lines.append(
             f"In {mended} of {len(index.recordings)} recordings sources disagree: what was done "
             f"stands below, under Recordings."
         )
     if damaged:
-        told.append(f"{damaged} of {len(index.recordings)} recordings are damaged in part.")
-    told += _same_drives(index)
+        lines.append(f"{damaged} of {len(index.recordings)} recordings are damaged in part.")
+    lines += _same_drives(index)
     filled = {split: b.whole.rows for split, b in balances.items() if b.whole.rows}
-    told += [_empty_images(folder, split, rows) for split, rows in filled.items()]
-    return [notice for notice in told if notice]
+    lines += [_empty_images(folder, split, rows) for split, rows in filled.items()]
+    return [notice for notice in lines if notice]
 
 
 def _same_drives(index: DatasetIndex) -> list[str]:
     """Recordings that count once, and those that overlap, by name."""
-    told = [
+    lines = [
         f"{entry.name} is the same drive as {entry.details['counted_as']}; it counts once."
         for entry in index.recordings
         if "counted_as" in entry.details
@@ -61,10 +61,10 @@ def _same_drives(index: DatasetIndex) -> list[str]:
         overlaps = entry.details.get("overlaps")
         others = [str(name) for name in overlaps] if isinstance(overlaps, list) else []
         if others:
-            told.append(
+            lines.append(
                 f"{entry.name} is of one drive with {', '.join(others)}; they are in one split."
             )
-    return told
+    return lines
 
 
 def _empty_images(folder: Path, split: str, rows: int) -> str:

@@ -20,15 +20,15 @@ from pipelines.stages.trajectory import TRAJECTORY, predicted_trajectory, trajec
 TOLERANCE_NS = 1_000_000
 
 
-def _asked(recipe: DatasetRecipe) -> CandidateSettings:
+def _settings(recipe: DatasetRecipe) -> CandidateSettings:
     if recipe.dataset.candidates is None:
         raise TypeError("the manifest asks for no candidates")
     return recipe.dataset.candidates
 
 
 def _parameters(work: Work) -> dict[str, Any]:
-    drawn = stage_key("trajectory", TRAJECTORY.version, **trajectory_parameters(work))
-    return {"drawn": drawn, "asked": _asked(work.recipe).model_dump(mode="json")}
+    trajectory = stage_key("trajectory", TRAJECTORY.version, **trajectory_parameters(work))
+    return {"drawn": trajectory, "asked": _settings(work.recipe).model_dump(mode="json")}
 
 
 def candidates(work: Work, folder: Path, key: str) -> StageRecord:
@@ -41,23 +41,25 @@ def candidates(work: Work, folder: Path, key: str) -> StageRecord:
         StageError: It knows of fewer candidates, or of other steps, than the dataset asks for.
     """
     source, recipe, extracted, episode = work.path, work.recipe, work.rows, work.episode
-    settings = _asked(recipe)
-    known = read_outcomes(source, settings.topic)
-    _check(known, recipe, settings, extracted)
+    settings = _settings(recipe)
+    outcomes = read_outcomes(source, settings.topic)
+    _check(outcomes, recipe, settings, extracted)
     with EpisodeWriter(folder, work.columns("candidates"), extracted.rows) as writer:
-        moments = _nearest(known, whole_column(episode, "stamp_ns"))
+        moments = _nearest(outcomes, whole_column(episode, "stamp_ns"))
         predicted = predicted_trajectory(recipe, extracted) if extracted.rows else None
         for row, moment in enumerate(moments.tolist()):
             if moment < 0 or predicted is None:
                 continue
-            velocities = known.velocities[moment, : settings.count].astype(np.float32)
-            drawn = [predicted.draw(v, omega) for v, omega in velocities.tolist()]
+            velocities = outcomes.velocities[moment, : settings.count].astype(np.float32)
+            images = [predicted.draw(v, omega) for v, omega in velocities.tolist()]
             writer.write(
                 row,
                 {
                     "candidate_velocity": velocities,
-                    "candidate_image": np.packbits(np.stack(drawn), axis=-1),
-                    "candidate_success": known.success[moment, : settings.count].astype(np.uint8),
+                    "candidate_image": np.packbits(np.stack(images), axis=-1),
+                    "candidate_success": outcomes.success[moment, : settings.count].astype(
+                        np.uint8
+                    ),
                     "candidate_mask": np.ones(settings.count, np.bool_),
                 },
             )
@@ -75,30 +77,30 @@ CANDIDATES = Stage(
 )
 
 
-def _nearest(known: KnownOutcomes, stamps_ns: NDArray[np.int64]) -> NDArray[np.intp]:
+def _nearest(outcomes: KnownOutcomes, stamps_ns: NDArray[np.int64]) -> NDArray[np.intp]:
     """The moment of each stamp, -1 where none is near."""
-    if not known.stamps_ns.size:
+    if not outcomes.stamps_ns.size:
         return np.full(stamps_ns.size, -1, np.intp)
-    apart = np.abs(known.stamps_ns[None] - stamps_ns[:, None])
+    apart = np.abs(outcomes.stamps_ns[None] - stamps_ns[:, None])
     nearest = apart.argmin(axis=1)
     return np.where(apart.min(axis=1) <= TOLERANCE_NS, nearest, -1)
 
 
 def _check(
-    known: KnownOutcomes,
+    outcomes: KnownOutcomes,
     recipe: DatasetRecipe,
     settings: CandidateSettings,
     extracted: ExtractRecord,
 ) -> None:
     horizon = recipe.dataset.horizon
-    told, (number, steps) = settings.topic, known.success.shape[1:]
+    topic, (number, steps) = settings.topic, outcomes.success.shape[1:]
     if number < settings.count:
         raise StageError(
-            f"{extracted.recording}: {told} knows of {number} candidates at a time, "
+            f"{extracted.recording}: {topic} knows of {number} candidates at a time, "
             f"`candidates.count` is {settings.count}: lower it to {number}."
         )
-    if (steps, known.step_s) != (horizon.steps, horizon.step_s):
+    if (steps, outcomes.step_s) != (horizon.steps, horizon.step_s):
         raise StageError(
-            f"{extracted.recording}: {told} judges {steps} steps of {known.step_s:g} s, the "
+            f"{extracted.recording}: {topic} judges {steps} steps of {outcomes.step_s:g} s, the "
             f"dataset's horizon is {horizon.steps} of {horizon.step_s:g} s."
         )

@@ -79,9 +79,9 @@ def extract(work: Work, folder: Path, key: str) -> ExtractRecord:
         offsets_ns=synchronised.offsets_ns,
         content=synchronised.tracks.content,
         camera=reading.rectifier.intrinsics if reading.rectifier else None,
-        base_from_camera=_stored(reading.base_from_camera),
+        base_from_camera=_transform_record(reading.base_from_camera),
         earlier_cameras=_earlier(reading.camera_mountings),
-        base_from_lidar=_stored(reading.base_from_lidar),
+        base_from_lidar=_transform_record(reading.base_from_lidar),
         findings=tuple(FindingRecord.of(finding) for finding in synchronised.findings),
         shifts_ns=synchronised.shifts_ns,
     )
@@ -95,7 +95,7 @@ def _loss_record(loss: Damage, source: Path) -> LossRecord:
     return LossRecord(reason=reason, topic=loss.topic, messages=loss.messages, seconds=loss.seconds)
 
 
-def _stored(transform: Transform | None) -> StoredTransform | None:
+def _transform_record(transform: Transform | None) -> StoredTransform | None:
     return None if transform is None else stored(transform)
 
 

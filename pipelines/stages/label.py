@@ -55,10 +55,10 @@ def find_annotation(recording: Path, recording_digest: str) -> Annotation | None
 def _parameters(work: Work) -> dict[str, Any]:
     """The extract stage, the rules, and what the annotation says."""
     annotation, manifest = work.annotation, work.recipe.dataset
-    said = canonical_json(annotation.model_dump(mode="json"), indent=None) if annotation else ""
+    text = canonical_json(annotation.model_dump(mode="json"), indent=None) if annotation else ""
     return {
         "extract": work.rows.key,
-        "annotation": hashlib.sha256(said.encode()).hexdigest(),
+        "annotation": hashlib.sha256(text.encode()).hexdigest(),
         "proposals": manifest.proposals.model_dump(mode="json"),
         "labels": manifest.labels.model_dump(mode="json"),
         "horizon": manifest.horizon.model_dump(mode="json"),

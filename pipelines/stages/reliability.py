@@ -37,11 +37,11 @@ def reliability(work: Work, folder: Path, key: str) -> StageRecord:
         EpisodeWriter(folder, columns, extracted.rows) as writer,
     ):
         for row in range(extracted.rows):
-            seen = rate_picture(images.row(row), manifest.image_reliability)
+            of_picture = rate_picture(images.row(row), manifest.image_reliability)
             there = points.row(row) if asks_points else None
             rated = smoothness.row(row), there, counts[row]
-            felt = rate_points(*rated, manifest.point_reliability)
-            found = seen | felt
+            of_cloud = rate_points(*rated, manifest.point_reliability)
+            found = of_picture | of_cloud
             values[:, row] = [found[name] for name in names]
         for name, column in zip(names, values, strict=True):
             writer.write_all(name, column)

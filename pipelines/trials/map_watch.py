@@ -53,7 +53,7 @@ class MapWatch:
             return None
         counts = CellCounts()
         for stamp_ns, solid, cell_m in self._kept:
-            counts += self._counted(field, _true_pose(drive, stamp_ns), solid, cell_m)
+            counts += self._counts(field, _true_pose(drive, stamp_ns), solid, cell_m)
         return MapScore(
             maps=len(self._kept),
             called=counts.called,
@@ -71,7 +71,7 @@ class MapWatch:
         if last_ns is None or made.stamp_ns - last_ns >= self._settings.every_s * 1e9 - 1:
             self._kept.append((made.stamp_ns, made.solid, made.cell_m))
 
-    def _counted(
+    def _counts(
         self, field: Field, pose: Pose, solid: NDArray[np.bool_], cell_m: float
     ) -> CellCounts:
         x, y = field.lidar.base_from_lidar.translation[:2].tolist()

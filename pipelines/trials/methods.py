@@ -94,17 +94,17 @@ class Method:
         return [config.dwa_fox if self.name == FOX else config.dwa_lab]
 
 
-def parse_methods(asked: Sequence[str]) -> list[Method]:
+def parse_methods(texts: Sequence[str]) -> list[Method]:
     """Methods as the command line names them.
 
     Args:
-        asked: Each one of ``PLANNERS``, ``NAME=BUNDLE``, a bundle, or a folder of bundles, which
+        texts: Each one of ``PLANNERS``, ``NAME=BUNDLE``, a bundle, or a folder of bundles, which
             are called as their folders are. A bundle called ``TRUTH`` asks the world.
 
     Raises:
         StageError: Neither a planner nor a bundle, or a name that two methods have.
     """
-    methods = [method for text in asked for method in _parse(text)]
+    methods = [method for text in texts for method in _parse(text)]
     names = [method.name for method in methods]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

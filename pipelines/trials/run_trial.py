@@ -111,7 +111,9 @@ def _ask(planner: Planner, situation: Situation, way: DriveInProgress) -> LogEnt
     begun = time.perf_counter()
     command = planner.command(situation)
     took = time.perf_counter() - begun
-    told = np.array([command.linear_velocity, command.yaw_rate])
-    if not np.isfinite(told).all():
-        raise StageError(f"The planner asked for {told} m/s and rad/s, which no robot can drive.")
+    velocity = np.array([command.linear_velocity, command.yaw_rate])
+    if not np.isfinite(velocity).all():
+        raise StageError(
+            f"The planner asked for {velocity} m/s and rad/s, which no robot can drive."
+        )
     return LogEntry(way.steps, pose, command, took)

@@ -72,8 +72,8 @@ def run_trials(
     for conditions in {task.conditions.label: task.conditions for task in tasks}.values():
         folder = out / conditions.label
         folder.mkdir(parents=True, exist_ok=True)
-        told = conditions.model_dump_json(indent=1).encode()
-        write_atomically(folder / CONDITIONS_FILE, [told], StageError)
+        content = conditions.model_dump_json(indent=1).encode()
+        write_atomically(folder / CONDITIONS_FILE, [content], StageError)
     progress.start("trials", len(tasks))
     done: dict[Path, Trial] = {}
     for task, trial in run_all(workers, partial(_run_one, out), tasks):
@@ -89,7 +89,7 @@ def run_trials(
 
 def _run_one(out: Path, task: TrialTask) -> Trial:
     file = task.file(out)
-    kept = _kept(task, file)
+    kept = _earlier_trial(task, file)
     if kept is not None:
         return kept
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -122,7 +122,7 @@ def _quiet_planners() -> Iterator[None]:
         logger.removeHandler(silent)
 
 
-def _kept(task: TrialTask, file: Path) -> Trial | None:
+def _earlier_trial(task: TrialTask, file: Path) -> Trial | None:
     """The trial that is there, where it is this one."""
     if not file.is_file() or (task.record and not _bag_of(file).is_file()):
         return None

@@ -86,7 +86,7 @@ def test_bad_answers_brake_as_hard_as_the_robot_can(
     situation: Situations, answer: Command | Exception, reason: str
 ) -> None:
     guarded = Guarded(Answers(answer), LIMITS)
-    guarded._given = (0.5, -0.5)
+    guarded._last_velocity = (0.5, -0.5)
     command = guarded.command(situation(velocity=(0.5, -0.5)))
     assert command.linear_velocity == pytest.approx(0.4)
     assert command.yaw_rate == pytest.approx(-0.18)
