@@ -360,7 +360,6 @@ class ReliabilityGraph(nn.Module):
     one matrix product.
     """
 
-    pattern: Tensor
     rates: Tensor
 
     def __init__(self, counts: FeatureCounts, decay: float) -> None:
@@ -375,28 +374,16 @@ class ReliabilityGraph(nn.Module):
         pattern = _pattern(counts)
         # -lambda (2 - r_ij) is a share of r_img, r_point and 1 as well.
         rates = decay * (pattern - torch.tensor([[0.0], [0.0], [2.0]]))
-        self.register_buffer("pattern", pattern, persistent=False)
         self.register_buffer("rates", rates, persistent=False)
-
-    def reliability_matrix(self, r_img: Tensor, r_point: Tensor) -> Tensor:
-        """Equation (7): r_ij, (B, N, N), from r_img and r_point, (B,)."""
-        return self._mix(r_img, r_point, self.pattern)
 
     def forward(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
         """W + I of equation (6): exp(-lambda |f_i - f_j| (2 - r_ij)), which is 1 where i = j."""
         # |f_i - f_j|, (B, N, N).
         distance = (features[:, :, None] - features[:, None, :]).abs_()
         # Equation (7) within (6): times -lambda (2 - r_ij).
-        return distance.mul_(self._mix(r_img, r_point, self.rates)).exp_()
-
-    def edge_weights(self, features: Tensor, r_img: Tensor, r_point: Tensor) -> Tensor:
-        """W of equation (6), (B, N, N), its diagonal 0."""
-        identity = torch.eye(self.nodes, device=features.device)
-        return self(features, r_img, r_point) - identity  # type: ignore[no-any-return]
-
-    def _mix(self, r_img: Tensor, r_point: Tensor, shares: Tensor) -> Tensor:
         sources = torch.stack([r_img, r_point, torch.ones_like(r_img)], dim=1)
-        return (sources @ shares).view(-1, self.nodes, self.nodes)
+        rates = (sources @ self.rates).view(-1, self.nodes, self.nodes)
+        return distance.mul_(rates).exp_()
 
 
 def _pattern(counts: FeatureCounts) -> Tensor:

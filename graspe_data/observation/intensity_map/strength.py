@@ -94,14 +94,6 @@ class IntensityScale:
         self._reached = first, seen.reach
 
 
-def declared_strength(intensity: NDArray[np.float32] | None, maximum: float) -> NDArray[np.float32]:
-    """The intensity of one cloud's returns, of which the cloud alone has to tell the scale.
-
-    See ``IntensityScale``, which knows more of a lidar that it has seen clouds of.
-    """
-    return IntensityScale(maximum).strength(intensity)
-
-
 def _usable(intensity: NDArray[np.float32] | None, maximum: float) -> NDArray[np.float32]:
     """What a cloud gives, 0..R, where most of it can be."""
     if intensity is None:

@@ -10,6 +10,7 @@ from model_zoo.models.graspe import (
     AttentionGraphSettings,
     degree_scale,
 )
+from tests.model_zoo.models.edge_weights import edge_weights
 
 Case = tuple[Tensor, Tensor, Tensor]
 
@@ -26,7 +27,7 @@ def by_pyg(network: AttentionGraphNetwork, case: Case) -> Tensor:
     first.load_state_dict(network.first.state_dict())
     second.load_state_dict(network.second.state_dict())
     attention.load_state_dict(network.attention.state_dict())
-    weights = network.graph.edge_weights(*case)
+    weights = edge_weights(network.graph, *case)
     edges = (~torch.eye(120, dtype=torch.bool)).nonzero().t()
     rows = []
     for x, matrix in zip(case[0], weights, strict=True):

@@ -8,9 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graspe_data.errors import ObservationError
-from graspe_data.observation.intensity_map.strength import IntensityScale, declared_strength
+from graspe_data.observation.intensity_map.strength import IntensityScale
 
 EIGHT_BIT = np.arange(200, dtype=np.float32)
+
+
+def declared_strength(intensity: np.ndarray | None, maximum: float) -> np.ndarray:
+    """What is made of the first cloud of a lidar."""
+    return IntensityScale(maximum).strength(intensity)
 
 
 @pytest.mark.parametrize("maximum", [1.0, 255.0, 4096.0, 65535.0])
