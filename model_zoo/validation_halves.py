@@ -39,9 +39,10 @@ def halve_validation(
 
     Recordings that overlap stay together. Those of a group are put in the order of the SHA-256 of
     their names and go to the halves by turns, so the halves do not depend on bytes that another
-    processor would have recorded otherwise. A single recording is cut in the middle of its time;
-    rows whose horizon crosses the cut are in neither half. Where one half alone has failures and
-    successes, that one selects; where none has, all rows do both.
+    processor would have recorded otherwise. Where that leaves a half without failures or without
+    successes, recordings with a failure go by turns, and then the others. A single recording is
+    cut in the middle of its time; rows whose horizon crosses the cut are in neither half. Where one
+    half alone has failures and successes, that one selects; where none has, all rows do both.
 
     Args:
         entries: The dataset's recordings.
@@ -52,25 +53,33 @@ def halve_validation(
         mask: bool (N, T), whether the step is judged.
         horizon_ns: Length of the horizon.
     """
-    first = _of_first_half(entries, split)
-    selects = np.isin(recording, sorted(first))
-    halves = Halves(selects, ~selects, "halves by recording")
-    if selects.all() or not selects.any():
+    units = _units(entries, split)
+    groups = [entries[unit[0]].group for unit in units]
+    failing = {*recording[(mask & ~success).any(axis=1)].tolist()}
+    fails = ["" if failing.isdisjoint(unit) else "fails" for unit in units]
+    for strata in (groups, fails):
+        selects = np.isin(recording, sorted(_first_half(entries, units, strata)))
+        halves = Halves(selects, ~selects, "halves by recording")
+        if _both(selects, success, mask) and _both(~selects, success, mask):
+            return halves
+    if len(units) < 2:  # noqa: PLR2004
         halves = _by_time(stamps_ns, horizon_ns)
     return _with_both_classes(halves, success, mask)
 
 
-def _of_first_half(entries: Sequence[RecordingEntry], split: str) -> set[int]:
-    """Places of the recordings of the first half."""
-    strata: defaultdict[str, list[list[int]]] = defaultdict(list)
-    for unit in _units(entries, split):
-        strata[entries[unit[0]].group].append(unit)
-    alone = [units[0] for units in strata.values() if len(units) == 1]
-    ordered = [units for _, units in sorted(strata.items()) if len(units) > 1] + [alone]
+def _first_half(
+    entries: Sequence[RecordingEntry], units: Sequence[list[int]], strata: Sequence[str]
+) -> set[int]:
+    """Places of the recordings of the first half: of each stratum every second unit."""
+    members: defaultdict[str, list[list[int]]] = defaultdict(list)
+    for unit, stratum in zip(units, strata, strict=True):
+        members[stratum].append(unit)
+    alone = [found[0] for found in members.values() if len(found) == 1]
+    ordered = [found for _, found in sorted(members.items()) if len(found) > 1] + [alone]
     in_turn = [
         unit
-        for units in ordered
-        for unit in sorted(units, key=lambda unit: _rank(entries[unit[0]].name))
+        for found in ordered
+        for unit in sorted(found, key=lambda unit: _rank(entries[unit[0]].name))
     ]
     return {place for unit in in_turn[::2] for place in unit}
 
@@ -110,14 +119,16 @@ def _by_time(stamps_ns: Stamps, horizon_ns: int) -> Halves:
     return Halves(stamps_ns + horizon_ns <= cut, stamps_ns > cut, "halves of one recording's time")
 
 
-def _with_both_classes(halves: Halves, success: Mask, mask: Mask) -> Halves:
-    def both(rows: Mask) -> bool:
-        judged = success[rows][mask[rows]]
-        return bool(judged.any() and not judged.all())
+def _both(rows: Mask, success: Mask, mask: Mask) -> bool:
+    """Whether the judged steps of some rows are of both classes."""
+    judged = success[rows][mask[rows]]
+    return bool(judged.any() and not judged.all())
 
-    if both(halves.selects):
+
+def _with_both_classes(halves: Halves, success: Mask, mask: Mask) -> Halves:
+    if _both(halves.selects, success, mask):
         return halves
-    if both(halves.calibrates):
+    if _both(halves.calibrates, success, mask):
         return Halves(halves.calibrates, halves.selects, halves.how)
     every = np.ones(len(mask), np.bool_)
     return Halves(every, every, "all rows, for no half has failures and successes")

@@ -91,8 +91,8 @@ class Part(Settings):
     """The AU-ROC of some of a cell's rows.
 
     Attributes:
-        rows: With a judged step in the part; within a scene, rows whose candidates do not all end
-            alike.
+        rows: With a judged step in the part; of a time to failure those that fail in it; within a
+            scene, those whose candidates do not all end alike.
         judged: Their judged steps in the part; within a scene, their candidates.
         au_roc: Of these steps; within a scene, its mean over the rows.
         resamples: AU-ROC of every resample of recordings; the same resamples for every model and

@@ -9,7 +9,7 @@ from model_zoo.evaluation.cell import ALL_SCENARIOS, Lead, Score
 from model_zoo.evaluation.contestants import Contestant, all_and_each
 from model_zoo.evaluation.entrants import Entrant, blind_entrants
 from model_zoo.evaluation.evaluation import Evaluation
-from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING
+from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING, in_order
 from model_zoo.evaluation.parts import TITLES as PART_TITLES
 from model_zoo.evaluation.score_cells import FEWEST_RECORDINGS
 
@@ -172,15 +172,18 @@ def _lead(lead: Lead | None) -> str:
 
 
 def _parts(models: Sequence[Contestant]) -> str:
-    first = models[0].runs[0]
-    whole = first.cell(ALL_SCENARIOS, first.conditions[0])
-    columns = [part for part in (whole.parts if whole else ()) if part != NOT_FAILING]
-    return _grid(
-        _entrants(models),
-        columns,
-        lambda m, part: m.au_roc(ALL_SCENARIOS, first.conditions[0], part),
-        titles=[PART_TITLES[part] for part in columns],
-    )
+    """The parts in which someone has an AU-ROC; rows that are failing have one class."""
+    first, entrants = models[0].runs[0], _entrants(models)
+    condition = first.conditions[0]
+
+    def score(entrant: Entrant, part: str) -> Score:
+        return entrant.au_roc(ALL_SCENARIOS, condition, part)
+
+    whole = first.cell(ALL_SCENARIOS, condition)
+    parts = in_order(whole.parts if whole else ())
+    known = [part for part in parts if any(score(e, part).value is not None for e in entrants)]
+    columns = [part for part in known if part != NOT_FAILING]
+    return _grid(entrants, columns, score, titles=[PART_TITLES[part] for part in columns])
 
 
 def _undefined(evaluation: Evaluation) -> str:

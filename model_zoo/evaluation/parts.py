@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Final
 
 import numpy as np
@@ -32,6 +33,11 @@ TITLES: Final = {
     "fails_in_1_to_2_s": "fails in 1 to 2 s",
     "fails_after_2_s": "fails after 2 s",
 }
+
+
+def in_order(parts: Collection[str]) -> list[str]:
+    """The names of parts in the order of tables."""
+    return [part for part in (*PARTS, WITHIN_A_SCENE) if part in parts]
 
 
 def part_mask(

@@ -23,7 +23,7 @@ from model_zoo.evaluation.cell import (
     StoredScore,
 )
 from model_zoo.evaluation.judged_split import JudgedSplit
-from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING, PARTS, WITHIN_A_SCENE
+from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING, PARTS, TIMES, WITHIN_A_SCENE
 from model_zoo.evaluation.scenes import resampled_mean, scene_areas
 from model_zoo.metrics import CALIBRATION_BINS, METRICS, calibration_bin
 
@@ -160,7 +160,8 @@ def _part(place: Place, said: Said, part: str) -> Part:
     mask = place.split.part(part)[place.rows]
     labelled: _Labelled = (said.log_odds[place.rows], place.split.success[place.rows], mask)
     drawn = resampled_au_roc(*labelled, place.recording, place.weights)
-    rows = int(np.count_nonzero(mask.any(axis=1)))
+    counted = mask & ~labelled[1] if part in TIMES else mask
+    rows = int(np.count_nonzero(counted.any(axis=1)))
     return _made(place, rows, int(mask.sum()), metrics.au_roc(*labelled), drawn)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from model_zoo.evaluation.blind_features import TITLES as REFERENCE_TITLES
 from model_zoo.evaluation.cell import Cell, Part, ReferenceCell, Score
 from model_zoo.evaluation.evaluation import Evaluation
-from model_zoo.evaluation.parts import NOT_FAILING, TITLES
+from model_zoo.evaluation.parts import NOT_FAILING, TITLES, in_order
 
 
 def render_summary(evaluation: Evaluation) -> str:
@@ -22,7 +22,7 @@ def render_summary(evaluation: Evaluation) -> str:
     width = max(len(name) for name, _ in [*named, (evaluation.model, None)])
     lines += [_line(name, width, cell) for name, cell in named]
     lines += [_line(evaluation.model, width, whole), ""]
-    lines += [f"{TITLES[name]}: {_shown(part)}" for name, part in whole.parts.items()]
+    lines += [f"{TITLES[name]}: {_shown(whole.parts[name])}" for name in in_order(whole.parts)]
     return "\n".join(lines)
 
 
@@ -41,7 +41,7 @@ def _shown(part: Part) -> str:
     if lead is None:
         return text
     over = REFERENCE_TITLES[lead.reference]
-    return f"{text}, {_score(lead, '+.3f')} over the best reference, {over}"
+    return f"{text}; lead over {over.removeprefix('blind: ')}: {_score(lead, '+.3f')}"
 
 
 def _score(score: Score, form: str = ".3f") -> str:

@@ -84,20 +84,28 @@ def test_a_single_recording_is_cut_in_time() -> None:
     assert stamps[found.selects].max() + 15 < stamps[found.calibrates].min()
 
 
+def test_recordings_that_fail_go_to_both_halves() -> None:
+    entries = [entry(name) for name in NAMES]
+    first = halves(entries).selects.reshape(-1, ROWS)[:, 0]
+    # All failures lie in two recordings of the first half.
+    failing = np.repeat(np.isin(np.arange(8), np.flatnonzero(first)[:2]), ROWS)
+    found = halves(entries, ~failing | (np.arange(ROWS * 8) % 2 == 0))
+    for half in (found.selects, found.calibrates):
+        assert (half & failing).sum() == ROWS
+
+
 def test_the_half_that_has_both_classes_selects() -> None:
     entries = [entry(name) for name in NAMES]
-    first = halves(entries)
-    mixed = np.arange(ROWS * len(entries)) % 2 == 0
-    found = halves(entries, mixed | first.selects)
-    assert (found.selects == first.calibrates).all()
     alone = np.ones(ROWS * len(entries), bool)
-    alone[0] = False
-    assert halves(entries, alone).selects[0]
+    for row in range(0, alone.size, ROWS):
+        alone[:] = True
+        alone[row] = False
+        assert halves(entries, alone).selects[row]
 
 
 def test_where_no_half_has_both_all_rows_do_both_and_it_is_said() -> None:
     entries = [entry(name) for name in NAMES]
-    found = halves(entries, halves(entries).selects)
+    found = halves(entries, np.zeros(ROWS * len(entries), bool))
     assert found.selects.all()
     assert found.calibrates.all()
     assert found.how.startswith("all rows, for no half")

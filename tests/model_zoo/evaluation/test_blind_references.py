@@ -87,7 +87,7 @@ def test_tables_and_the_terminal_begin_with_them(
     shown = render_summary(found).splitlines()
     assert [line.startswith("blind: ") for line in shown[1:6]] == [True] * 4 + [False]
     assert shown[5].startswith("tiny ")
-    assert "over the best reference, blind: " in shown[7]
+    assert "; lead over " in shown[7]
     text = compare([found], tmp_path / "out").read_text()
     table = text.split("## AU-ROC by scenario")[1].split("\n\n")[1].splitlines()[2:]
     assert [line.startswith("| blind: ") for line in table] == [True] * 4 + [False]

@@ -40,6 +40,9 @@ def test_a_model_that_reads_trajectories_is_scored_within_a_scene(
     cell = found.cell()
     assert cell is not None
     part = cell.parts["within_a_scene"]
+    dark = found.cell("all", "dark")
+    assert dark is not None
+    assert "within_a_scene" not in dark.parts
     # It ranks by the covered share, which the candidates' speeds tell: so does a blind reference.
     rows: dict[str, Any] = dict(Dataset(dataset, "test").batch(range(48)))
     sound = rows["success_mask"].any(axis=1) & (rows["state"] != 0)
