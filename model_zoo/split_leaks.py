@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -35,22 +35,31 @@ def check_apart(
         ZooError: Names both recordings, and what they share.
     """
     for earlier in BEFORE.get(split, _BOTH):
-        marks = {
-            mark: entry.name
-            for entry in teaching
-            if entry.split == earlier and entry.rows
-            for mark in _marks(entry)
-        }
+        marks: dict[tuple[str, str], list[RecordingEntry]] = {}
+        for entry in teaching:
+            if entry.split == earlier and entry.rows:
+                for mark in _marks(entry):
+                    marks.setdefault(mark, []).append(entry)
         for entry in examined:
             if entry.split != split or not entry.rows:
                 continue
-            shared = next((mark for mark in _marks(entry) if mark in marks), None)
+            shared, other = next(_shared(entry, marks), (None, entry))
             if shared is not None:
                 raise ZooError(
-                    f"{where}: {entry.name} of the split {split!r} and {marks[shared]} of the "
+                    f"{where}: {entry.name} of the split {split!r} and {other.name} of the "
                     f"split {earlier!r} have the same {shared[0]}, so a score on it is no score on "
                     f"unseen data. List both in one group under split.groups, and build again."
                 )
+
+
+def _shared(
+    entry: RecordingEntry, marks: Mapping[tuple[str, str], Sequence[RecordingEntry]]
+) -> Iterator[tuple[tuple[str, str], RecordingEntry]]:
+    """What an examined recording shares with those that teach, other blocks of its time apart."""
+    for mark in _marks(entry):
+        for other in marks.get(mark, ()):
+            if not entry.is_apart_from(other):
+                yield mark, other
 
 
 def _marks(entry: RecordingEntry) -> Iterator[tuple[str, str]]:

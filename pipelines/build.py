@@ -19,6 +19,7 @@ from pipelines.dataset_folder import EPISODES, earlier_shards, only_builder, pru
 from pipelines.dataset_settings import DatasetRecipe, Split
 from pipelines.executors import Workers, run_all
 from pipelines.index import dataset_index, recording_entry, refused_entry
+from pipelines.parts import Part, split_parts
 from pipelines.process_recording import Episode, RecordingTask, Refusal, process_recording
 from pipelines.row_columns import row_columns
 from pipelines.same_drives import DriveIdentity
@@ -61,13 +62,14 @@ def build_dataset(
         outcomes = list(_process(recipe, recordings, out, workers, progress))
         episodes, refused = _sorted_out(recipe, outcomes)
         episodes, placements, conflicting = _placed(recipe, episodes)
-        refused += conflicting
-        if not any(episode.extracted.rows for episode in episodes):
+        parts, uncut = split_parts(recipe.dataset, episodes, placements)
+        refused += [*conflicting, *uncut]
+        if not any(part.rows.size for part in parts):
             raise StageError(_no_rows(episodes, refused))
-        entries = list(map(recording_entry, episodes, placements))
+        entries = list(map(recording_entry, parts))
         entries += [refused_entry(recipe, refusal) for refusal in refused]
         columns = row_columns(recipe)
-        tasks = _shard_tasks(recipe, columns, episodes, entries, out)
+        tasks = _shard_tasks(recipe, columns, parts, entries, out)
         shards = _make_shards(tasks, earlier_shards(out), workers, progress)
         index = write_index(out, dataset_index(recipe, columns, entries, shards))
         prune(out, index, [episode.folders.values() for episode in episodes])
@@ -170,13 +172,12 @@ def _no_rows(episodes: Sequence[Episode], refused: Sequence[Refusal]) -> str:
 def _shard_tasks(
     recipe: DatasetRecipe,
     columns: Sequence[Column],
-    episodes: Sequence[Episode],
+    parts: Sequence[Part],
     entries: Sequence[RecordingEntry],
     out: Path,
 ) -> dict[str, list[ShardTask]]:
     sources = [
-        EpisodeSource(number, episode.extracted.rows, episode.folders)
-        for number, episode in enumerate(episodes)
+        EpisodeSource(number, part.rows, part.episode.folders) for number, part in enumerate(parts)
     ]
     dataset = recipe.dataset
     tasks: dict[str, list[ShardTask]] = {}

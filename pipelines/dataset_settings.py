@@ -48,6 +48,19 @@ class Group(Settings):
     split: Split | None = None
 
 
+class TimeSplit(Settings):
+    """For few recordings: blocks of time of one recording go to different splits.
+
+    A model is then examined in places that it was taught in, at other times: a score on such a test
+    split says less than one on drives of their own.
+    """
+
+    block_s: Annotated[float, Field(gt=0, le=36_000)] = 60.0
+    """Seconds of a block."""
+    guard_s: Annotated[float, Field(ge=0, le=36_000)] = 10.0
+    """Seconds between what rows of two splits look at, at least."""
+
+
 class SplitSettings(Settings):
     """Splits are by group, never by row; a group without a split draws one from its name."""
 
@@ -55,6 +68,8 @@ class SplitSettings(Settings):
     validation: Share = 0.1
     test: Share = 0.1
     groups: tuple[Group, ...] = ()
+    by_time: TimeSplit | None = None
+    """With it, drives that are in no group with a split are split by blocks of time."""
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
@@ -134,6 +149,31 @@ class DatasetManifest(ObservationManifest):
     """The first entry that matches a recording's name counts."""
     split: SplitSettings = SplitSettings()
     storage: StorageSettings = StorageSettings()
+
+    @model_validator(mode="after")
+    def _blocks_hold_rows(self) -> Self:
+        if self.split.by_time is None:
+            return self
+        guard_s, block_s = self.split.by_time.guard_s, self.split.by_time.block_s
+        taken = self.looks_back_s + self.looks_ahead_s + guard_s
+        if block_s <= taken:
+            raise ValueError(
+                f"split.by_time.block_s: a block of {block_s:g} s between two others has no row: "
+                f"history, horizon and tolerances take {taken - guard_s:g} s of it and guard_s "
+                f"{guard_s:g} s; give more than {taken:g}"
+            )
+        return self
+
+    @property
+    def looks_back_s(self) -> float:
+        """Seconds before an anchor that decide its row."""
+        history = self.window.history_steps * self.window.history_step_s
+        return history + self.window.odometry_gap_s + self.window.points_tolerance_s
+
+    @property
+    def looks_ahead_s(self) -> float:
+        """Seconds after an anchor that decide its row: the horizon."""
+        return self.horizon.steps * self.horizon.step_s + self.window.odometry_gap_s
 
     @property
     def intensity_layers(self) -> LayerSettings | None:

@@ -10,13 +10,15 @@ from pydantic import JsonValue
 from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, ShardFile
 from pipelines.dataset_settings import DatasetRecipe
-from pipelines.process_recording import Episode, Refusal
-from pipelines.splits import SplitPlacement, split_of
+from pipelines.parts import Part
+from pipelines.process_recording import Refusal
+from pipelines.splits import split_of
 from pipelines.statistics import episode_statistics
 
 
-def recording_entry(episode: Episode, placement: SplitPlacement) -> RecordingEntry:
-    """What a dataset keeps of a recording that was read."""
+def recording_entry(part: Part) -> RecordingEntry:
+    """What a dataset keeps of a recording that was read, or of what one split has of it."""
+    episode, placement = part.episode, part.placement
     extracted, labelled = episode.extracted, episode.labelled
     losses = [loss.model_dump(mode="json") for loss in extracted.losses]
     details: dict[str, JsonValue] = {
@@ -33,15 +35,16 @@ def recording_entry(episode: Episode, placement: SplitPlacement) -> RecordingEnt
         "annotated": labelled.annotated,
         "events": dict(labelled.events),
         "not_judged": dict(labelled.unavailable),
-        "statistics": episode_statistics(episode),
+        "statistics": episode_statistics(episode, part.rows),
+        **({"blocks_ns": [list(span) for span in part.blocks_ns]} if part.blocks_ns else {}),
     }
     return RecordingEntry(
         name=episode.path.name,
         digest=episode.digest,
         group=placement.group,
-        split=placement.split if extracted.rows else None,
-        rows=extracted.rows,
-        losses=extracted.lost,
+        split=placement.split if part.rows.size else None,
+        rows=part.rows.size,
+        losses=part.lost,
         columns={k: v for record in episode.records.values() for k, v in record.columns.items()},
         stages={stage: record.key for stage, record in episode.records.items()},
         details=details,
@@ -76,6 +79,8 @@ def dataset_index(
     unused |= set() if recipe.dataset.candidates else {"candidates"}
     unused |= set() if recipe.dataset.recording_clocks else {"recording_clocks"}
     dataset = recipe.dataset.model_dump(mode="json", exclude={"storage"} | unused)
+    if recipe.dataset.split.by_time is None:
+        del dataset["split"]["by_time"]
     losses = sum((Counter(entry.losses) for entry in entries), Counter[str]())
     return DatasetIndex(
         name=recipe.dataset.name,

@@ -56,8 +56,9 @@ def rederive_rows(folder: Path, recordings: Sequence[Path], count: int, seed: in
     """
     index = read_index(folder)
     recipe = _recipe(index)
-    wanted = {entry.digest: number for number, entry in enumerate(index.recordings) if entry.rows}
-    paths = {wanted[d]: p for p in recordings if (d := recording_digest(p)) in wanted}
+    given = {recording_digest(path): path for path in recordings}
+    wanted = {number: entry for number, entry in enumerate(index.recordings) if entry.rows}
+    paths = {n: given[entry.digest] for n, entry in wanted.items() if entry.digest in given}
     if not paths:
         raise ShardError(
             f"{folder}: none of the given recordings is one of this dataset's: "
@@ -73,7 +74,7 @@ def rederive_rows(folder: Path, recordings: Sequence[Path], count: int, seed: in
         except GraspeError as error:
             faults.append(f"{entry.name}: cannot be derived again: {error}")
     total = sum(choice.rows.size for choices in chosen.values() for choice in choices)
-    not_given = [index.recordings[n].name for n in sorted(wanted.values()) if n not in paths]
+    not_given = list(dict.fromkeys(e.name for n, e in wanted.items() if n not in paths))
     return Rederivation(total, tuple(faults), tuple(not_given))
 
 

@@ -20,6 +20,10 @@ class SplitPlacement:
     split: Split
     linked: tuple[str, ...] = ()
     """Names of the recordings that overlap it or are parts of its run."""
+    declared: bool = False
+    """Whether a group declares the split; else it was drawn."""
+    drive: str = ""
+    """What names the drive, all of its recordings alike."""
 
 
 def split_of(
@@ -133,7 +137,8 @@ class _Groups:
     def placement(self, drive: DriveIdentity, linked: tuple[str, ...], seed: int) -> SplitPlacement:
         union, group = self._of_recording[drive.digest], self._settings.group_of(drive.name)
         split = union.split or _draw_split(union.name, self._settings, seed)
-        return SplitPlacement(group.name if group else union.name, split, linked)
+        named = group.name if group else union.name
+        return SplitPlacement(named, split, linked, union.split is not None, union.name)
 
     def _conflict(
         self,

@@ -14,13 +14,14 @@ QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 AGES = ("points_age_ns", "odometry_age_ns")
 
 
-def episode_statistics(episode: Episode) -> dict[str, JsonValue]:
-    """Class balance, and quantiles of ages and reliabilities; nothing for no rows."""
-    if not episode.extracted.rows:
+def episode_statistics(episode: Episode, rows: NDArray[np.int64]) -> dict[str, JsonValue]:
+    """Class balance, and quantiles of ages and reliabilities, of some rows; nothing for no rows."""
+    if not rows.size:
         return {}
 
     def column(name: str) -> NDArray[np.generic]:
-        return whole_column(episode.folders[BY_NAME[name].stage], name)
+        values: NDArray[np.generic] = whole_column(episode.folders[BY_NAME[name].stage], name)
+        return values[rows]
 
     success, mask = column("success"), column("success_mask").astype(bool)
     failing = (mask & (success == 0)).any(axis=1)

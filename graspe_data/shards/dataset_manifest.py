@@ -67,7 +67,8 @@ class RecordingEntry(Settings):
             ``time_zero_ns`` the stamp from which label intervals count. The others are for
             people: ``overlaps``, ``files``, ``offsets_ns``, ``shifts_ns``, ``damage``,
             ``annotated``, ``events``, ``not_judged``, ``statistics``; of a recording that gave
-            nothing ``refused``, and ``counted_as`` where another one counts for it.
+            nothing ``refused``, and ``counted_as`` where another one counts for it. Of a recording
+            that is split by blocks of time each split has an entry of its own, with ``blocks_ns``.
     """
 
     name: str
@@ -89,6 +90,21 @@ class RecordingEntry(Settings):
         """
         kept = {name: self.details.get(name) for name in RecordedCalibration.model_fields}
         return validate(kept, RecordedCalibration, f"{self.name}: calibration in {MANIFEST_NAME}")
+
+    @property
+    def blocks_ns(self) -> list[tuple[int, int]]:
+        """From when to when the blocks of time of its split last; none of a whole recording."""
+        kept = self.details.get("blocks_ns")
+        spans = kept if isinstance(kept, list) else []
+        ends = [[n for n in span if isinstance(n, int)] for span in spans if isinstance(span, list)]
+        return [(span[0], span[1]) for span in ends if len(span) == 2]  # noqa: PLR2004
+
+    def is_apart_from(self, other: RecordingEntry) -> bool:
+        """Whether rows of both may be in different splits: they are of other blocks of time."""
+        mine, theirs = self.blocks_ns, other.blocks_ns
+        if self.split == other.split or not mine or not theirs:
+            return self.split == other.split
+        return all(start >= stop or end <= begin for start, end in mine for begin, stop in theirs)
 
     @property
     def findings(self) -> list[tuple[str, str]]:
@@ -147,15 +163,17 @@ class DatasetIndex(Settings):
 
     @model_validator(mode="after")
     def _recordings_are_on_one_side(self) -> DatasetIndex:
-        sides: dict[str, str] = {}
+        sides: dict[str, list[RecordingEntry]] = {}
         for entry in self.recordings:
             if not entry.digest or entry.split is None:
                 continue
-            other = sides.setdefault(entry.digest, entry.split)
-            if other != entry.split:
+            others = sides.setdefault(entry.digest, [])
+            if other := next((known for known in others if not entry.is_apart_from(known)), None):
                 raise ValueError(
-                    f"the recording {entry.name} is in the splits {other!r} and {entry.split!r}"
+                    f"the recording {entry.name} is in the splits {other.split!r} and "
+                    f"{entry.split!r}"
                 )
+            others.append(entry)
         return self
 
     @model_validator(mode="after")

@@ -48,10 +48,14 @@ class Lineage(Settings):
         }
         return cls(ranks=ranks, taught=splits[TAUGHT], chose=splits[CHOSE])
 
-    def check_unseen(self, index: DatasetIndex, split: str, where: str) -> None:
+    def check_unseen(
+        self, index: DatasetIndex, split: str, where: str, *, own: bool = False
+    ) -> None:
         """Refuse to examine a model on recordings that made it.
 
-        Rows of the splits ``train`` and ``validation`` may be looked at under their own names.
+        Rows of the splits ``train`` and ``validation`` may be looked at under their own names. With
+        ``own``, the dataset is the one that taught the model: blocks of time of a recording that
+        are in its test split are then known to be apart from those that taught.
 
         Raises:
             ZooError: A recording of another split taught the weights, or chose them.
@@ -59,7 +63,11 @@ class Lineage(Settings):
         if split in (TAUGHT, CHOSE):
             return
         known = {TAUGHT: {*self.taught}, CHOSE: {*self.chose}}
-        examined = [entry for entry in index.recordings if entry.split == split]
+        examined = [
+            entry
+            for entry in index.recordings
+            if entry.split == split and not (own and entry.blocks_ns)
+        ]
         for role, digests in known.items():
             seen = [entry.name for entry in examined if digests & _digests(entry)]
             if seen:

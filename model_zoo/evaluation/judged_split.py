@@ -154,7 +154,8 @@ def _check_lineage(checkpoint: Checkpoint, index: DatasetIndex, split: str, path
     """The rows are new to the model, and were made as those that taught it."""
     config, found = checkpoint.config, read_assumptions(index)
     if config.lineage is not None:
-        config.lineage.check_unseen(index, split, str(path))
+        own = index.dataset_digest == config.dataset_digest
+        config.lineage.check_unseen(index, split, str(path), own=own)
     if config.assumptions is not None and found is not None:
         trained, evaluated = (each.observation.model_dump() for each in (config.assumptions, found))
         check_observed_alike(trained, evaluated, str(path))

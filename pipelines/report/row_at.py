@@ -56,10 +56,10 @@ def find_row(folder: Path, name: str, second: float, split: str | None = None) -
     if not math.isfinite(second):
         raise ShardError(f"{folder}: --at {name} {second}: expected a number of seconds.")
     index = read_index(folder)
-    number = _recording(folder, index, name)
-    entry, splits = index.recordings[number], [split] if split else sorted(index.splits)
+    numbers = _recording(folder, index, name)
+    entry, splits = index.recordings[numbers[0]], [split] if split else sorted(index.splits)
     # 1. The stamps of its rows, and where each row is.
-    places, stamps = _rows(folder, number, splits)
+    places, stamps = _rows(folder, numbers, splits)
     if not places:
         raise ShardError(
             f"{folder}: {entry.name} has no rows in {', '.join(splits)}"
@@ -79,21 +79,25 @@ def find_row(folder: Path, name: str, second: float, split: str | None = None) -
     return RowAt(where, row, entry.name, int(since[nearest]) / 1e9, int(apart[nearest]) / 1e9)
 
 
-def _recording(folder: Path, index: DatasetIndex, name: str) -> int:
-    """The place of a recording in the index, by its name or the beginning of its digest."""
+def _recording(folder: Path, index: DatasetIndex, name: str) -> list[int]:
+    """The places of a recording in the index, by its name or the beginning of its digest.
+
+    They are several where blocks of time of it went to different splits.
+    """
     entries = list(enumerate(index.recordings))
     found = [number for number, entry in entries if entry.name == name]
     found = found or [n for n, e in entries if name and e.digest.startswith(name)]
-    if len(found) > 1:
-        digests = ", ".join(index.recordings[number].digest[:12] for number in found)
+    different = list(dict.fromkeys(index.recordings[number].digest for number in found))
+    if len(different) > 1:
+        digests = ", ".join(digest[:12] for digest in different)
         raise ShardError(
-            f"{folder}: {len(found)} recordings are called {name}. Give the beginning of a digest "
-            f"in place of the name: {digests}."
+            f"{folder}: {len(different)} recordings are called {name}. Give the beginning of a "
+            f"digest in place of the name: {digests}."
         )
     if not found:
         names = [entry.name for _, entry in entries]
         raise ShardError(f"{folder}: no recording {name!r}. {_known(name, names)}")
-    return found[0]
+    return found
 
 
 def _known(name: str, names: Collection[str]) -> str:
@@ -105,13 +109,13 @@ def _known(name: str, names: Collection[str]) -> str:
 
 
 def _rows(
-    folder: Path, number: int, splits: Collection[str]
+    folder: Path, numbers: Collection[int], splits: Collection[str]
 ) -> tuple[list[tuple[str, int]], NDArray[np.int64]]:
     places: list[tuple[str, int]] = []
     stamps: list[int] = []
     for split in splits:
         for block in row_blocks(folder, split, ("recording", "stamp_ns")):
-            own = np.flatnonzero(block.columns["recording"] == number)
+            own = np.flatnonzero(np.isin(block.columns["recording"], list(numbers)))
             places += [(split, block.start + row) for row in own.tolist()]
             stamps += block.columns["stamp_ns"][own].tolist()
     return places, np.array(stamps, np.int64)

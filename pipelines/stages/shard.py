@@ -23,10 +23,13 @@ SMALL_ROW = 256
 
 @dataclass(frozen=True)
 class EpisodeSource:
-    """The episode of one recording: which folder holds which column, and how many rows."""
+    """Rows of the episode of one recording, and which folder holds which column.
+
+    ``recording``: its place in the index. ``rows``: int64 (R,), those of the episode that count.
+    """
 
     recording: int
-    rows: int
+    rows: NDArray[np.int64]
     folders: Mapping[str, Path]
 
 
@@ -55,7 +58,7 @@ def plan_shards(
     shards are named by the rows and columns they hold, so old and new never share a name.
     """
     pairs = [
-        np.stack([np.full(source.rows, index), np.arange(source.rows)], axis=1)
+        np.stack([np.full(source.rows.size, index), source.rows], axis=1)
         for index, source in enumerate(episodes)
     ]
     rows = np.concatenate([np.empty((0, 2), np.int64), *pairs])
