@@ -29,6 +29,8 @@ from model_zoo.augmentation.settings import AugmentationSettings
 _SEEN = ("image", "trajectory_image", "laser_scan", "velocity_history", "point_count")
 _VALID = ("image_valid", "points_valid", "odometry_valid")
 _KNOWN = (*_SEEN, *PER_POINT, *OF_IMAGE, *OF_POINTS, *_VALID)
+"""What ``fail_rows`` changes, or may leave. The catalogue knows how a column looks in a mirror, and
+this module how it looks when a sensor fails: a new one is refused until it is here."""
 
 
 def augment(

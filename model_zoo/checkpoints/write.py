@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,29 +32,11 @@ from model_zoo.contract import SuccessModel
 from model_zoo.environment import describe_environment
 
 
-def write_checkpoint(
-    folder: Path,
-    *,
-    model_name: str,
-    preset: str,
-    numbers: Mapping[str, Any],
-    model: SuccessModel,
-    columns: Sequence[Column],
-    recipe: Mapping[str, JsonValue],
-    dataset_digest: str,
-    metrics: Mapping[str, JsonValue],
-    calibration: TemperatureScaling | Uncalibrated | None,
-    assumptions: Assumptions | None = None,
-    begins_from: Beginning | None = None,
-    lineage: Lineage | None = None,
-) -> Path:
-    """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
+@dataclass(frozen=True, kw_only=True)
+class TrainedModel:
+    """A model, and all that is known of how it was trained.
 
-    A checkpoint that stood in the folder is replaced; other files in it are left alone. The same
-    arguments in the same environment give the same bytes.
-
-    Args:
-        folder: Where; made if it is not there.
+    Attributes:
         model_name: Its name in the registry.
         preset: The preset it began from.
         numbers: All its settings, resolved, as JSON has them.
@@ -66,6 +49,54 @@ def write_checkpoint(
         assumptions: How the dataset's rows were made, for those who drive by the model.
         begins_from: The training that this one extends, if it does.
         lineage: The recordings and ranks behind the weights.
+    """
+
+    model_name: str
+    preset: str
+    numbers: Mapping[str, Any]
+    model: SuccessModel
+    columns: Sequence[Column]
+    recipe: Mapping[str, JsonValue]
+    dataset_digest: str
+    metrics: Mapping[str, JsonValue]
+    calibration: TemperatureScaling | Uncalibrated | None
+    assumptions: Assumptions | None = None
+    begins_from: Beginning | None = None
+    lineage: Lineage | None = None
+
+    def config(self) -> CheckpointConfig:
+        """What ``config.json`` says.
+
+        Raises:
+            ZooError: A column is not declared, or a number is none that JSON has.
+        """
+        content = {
+            "model": self.model_name,
+            "preset": self.preset,
+            "numbers": dict(self.numbers),
+            "horizon": self.model.horizon,
+            "columns": input_columns(self.model.columns, self.columns, self.model_name),
+            "parameters": sum(parameter.numel() for parameter in self.model.parameters()),
+            "dataset_digest": self.dataset_digest,
+            "assumptions": self.assumptions,
+            "begins_from": self.begins_from,
+            "lineage": self.lineage,
+        }
+        try:
+            return validate(content, CheckpointConfig, f"checkpoint of {self.model_name}")
+        except ManifestError as error:
+            raise ZooError(str(error)) from error
+
+
+def write_checkpoint(folder: Path, trained: TrainedModel) -> Path:
+    """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
+
+    A checkpoint that stood in the folder is replaced; other files in it are left alone. The same
+    model in the same environment gives the same bytes.
+
+    Args:
+        folder: Where; made if it is not there.
+        trained: The model and its training.
 
     Returns:
         The folder.
@@ -74,23 +105,10 @@ def write_checkpoint(
         ZooError: A column is not declared, a weight is not finite, a number is none that JSON has,
             or the folder cannot be written.
     """
-    config = _config(
-        {
-            "model": model_name,
-            "preset": preset,
-            "numbers": dict(numbers),
-            "horizon": model.horizon,
-            "columns": input_columns(model.columns, columns, model_name),
-            "parameters": sum(parameter.numel() for parameter in model.parameters()),
-            "dataset_digest": dataset_digest,
-            "assumptions": assumptions,
-            "begins_from": begins_from,
-            "lineage": lineage,
-        }
-    )
-    environment = describe_environment()
+    config, environment = trained.config(), describe_environment()
+    recipe, metrics, calibration = trained.recipe, trained.metrics, trained.calibration
     files = {
-        WEIGHTS_FILE: safetensors.torch.save(_weights(model)),
+        WEIGHTS_FILE: safetensors.torch.save(_weights(trained.model)),
         "config.json": _json(config.model_dump(mode="json")),
         "recipe.yaml": _yaml(recipe),
         "environment.json": _json(environment),
@@ -100,13 +118,6 @@ def write_checkpoint(
     }
     CHECKPOINT.write(folder, files)
     return folder
-
-
-def _config(described: dict[str, Any]) -> CheckpointConfig:
-    try:
-        return validate(described, CheckpointConfig, f"checkpoint of {described['model']}")
-    except ManifestError as error:
-        raise ZooError(str(error)) from error
 
 
 def _weights(model: SuccessModel) -> dict[str, Tensor]:

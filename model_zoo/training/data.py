@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lightning_fabric import Fabric
 from torch.nn.modules.batchnorm import _BatchNorm
 
 from graspe_data.bundle_contract import Assumptions
@@ -23,11 +23,11 @@ from model_zoo.labels import LABEL_COLUMNS, Labels, read_labels
 from model_zoo.split_leaks import check_apart
 from model_zoo.training.candidates import candidate_columns, check_candidates
 from model_zoo.training.checks import SPLITS, TRAIN, VALIDATION, check_declared, check_forward
-from model_zoo.training.machine import Machine
+from model_zoo.training.machine import Session
 from model_zoo.training.preparation import Preparation, SoundRows
-from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.rows import ChosenRows, RowWeights, balance_rows, choose_rows
+from model_zoo.training.state import Identity
 from model_zoo.training.validation import CALIBRATING, SELECTING
 from model_zoo.validation_rows import ValidationRows, read_validation_rows
 
@@ -58,13 +58,7 @@ class TrainingData:
 
 
 def open_data(
-    folder: Path,
-    model: SuccessModel,
-    name: str,
-    recipe: Recipe,
-    machine: Machine,
-    fabric: Fabric,
-    progress: TrainingProgress,
+    folder: Path, model: SuccessModel, identity: Identity, session: Session
 ) -> TrainingData:
     """Check a dataset and open its loaders.
 
@@ -76,6 +70,7 @@ def open_data(
             is among those that teach.
         ShardError: It is no dataset, or damaged.
     """
+    recipe, name = identity.recipe, identity.model
     index = read_index(folder)
     check_declared(index, model, name, str(folder))
     check_apart(index.recordings, index.recordings, VALIDATION, folder)
@@ -85,23 +80,33 @@ def open_data(
         TRAIN: _training_columns(index, folder, model, recipe),
         VALIDATION: (*model.columns, *LABEL_COLUMNS),
     }
-    if fabric.local_rank == 0:
-        for split in SPLITS:
-            check_contents(folder, split, columns[split], progress.aside)
-            check_values(Dataset(folder, split, model.columns), progress.aside)
-    fabric.barrier()
+    _look_through(folder, columns, model.columns, session)
     rows = {split: Dataset(folder, split, columns[split]) for split in SPLITS}
     divided = read_validation_rows(folder, labels[VALIDATION].success, labels[VALIDATION].mask)
     return TrainingData(
-        _training(rows[TRAIN], labels[TRAIN], model, recipe, machine, fabric),
-        _validation(rows[VALIDATION], labels[VALIDATION], divided, recipe, machine, fabric),
+        _training(rows[TRAIN], labels[TRAIN], model, recipe, session),
+        _validation(rows[VALIDATION], labels[VALIDATION], divided, recipe, session),
         balance_rows(labels[TRAIN], recipe.balance),
         index.columns,
         index.dataset_digest,
         read_assumptions(index),
-        Lineage.of(index, fabric.world_size),
+        Lineage.of(index, session.fabric.world_size),
         divided.halves.how,
     )
+
+
+def _look_through(
+    folder: Path,
+    columns: Mapping[str, tuple[str, ...]],
+    inputs: tuple[str, ...],
+    session: Session,
+) -> None:
+    """Compare digests and look for NaN on the first rank of each machine; all wait for it."""
+    if session.fabric.local_rank == 0:
+        for split in SPLITS:
+            check_contents(folder, split, columns[split], session.progress.aside)
+            check_values(Dataset(folder, split, inputs), session.progress.aside)
+    session.fabric.barrier()
 
 
 def _preparation(index: DatasetIndex, recipe: Recipe) -> Preparation:
@@ -126,9 +131,9 @@ def _training(
     labels: Labels,
     model: SuccessModel,
     recipe: Recipe,
-    machine: Machine,
-    fabric: Fabric,
+    session: Session,
 ) -> BatchLoader:
+    fabric = session.fabric
     rows = choose_rows(labels, recipe.balance)
     _check_one_step(len(rows), recipe.batch_size * fabric.world_size, str(dataset.path))
     _check_normalised(model, recipe.batch_size)
@@ -139,7 +144,7 @@ def _training(
         rank=fabric.global_rank,
         world_size=fabric.world_size,
         tail="drop",
-        workers=machine.workers,
+        workers=session.machine.workers,
         transform=_preparation(dataset.index, recipe),
     )
 
@@ -149,8 +154,7 @@ def _validation(
     labels: Labels,
     divided: ValidationRows,
     recipe: Recipe,
-    machine: Machine,
-    fabric: Fabric,
+    session: Session,
 ) -> BatchLoader:
     marks = {SELECTING: divided.selecting, CALIBRATING: divided.halves.calibrates}
     given = recipe.augmentation.reliability if recipe.augmentation else "measured"
@@ -158,10 +162,10 @@ def _validation(
         ChosenRows(dataset, choose_rows(labels, "none"), marks),
         recipe.batch_size,
         transform=SoundRows(given, recipe.seed),
-        rank=fabric.global_rank,
-        world_size=fabric.world_size,
+        rank=session.fabric.global_rank,
+        world_size=session.fabric.world_size,
         tail="pad",
-        workers=machine.workers,
+        workers=session.machine.workers,
     )
 
 

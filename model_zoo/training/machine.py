@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +16,7 @@ from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from model_zoo.bounds import NO_TRUTH
 from model_zoo.environment import Device, choose_device
+from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
 
 LOG_FOLDER = "log"
@@ -40,6 +42,21 @@ class Machine(Settings):
     state_every_s: Annotated[float, Field(gt=0, le=1e9), NO_TRUTH] = 60.0
     state_every_steps: Annotated[int, Field(strict=True, gt=0, le=10**12)] | None = None
     tensorboard: bool = True
+
+
+@dataclass(frozen=True)
+class Session:
+    """What a training runs on, and who hears of it.
+
+    Attributes:
+        fabric: The ranks.
+        machine: How they use it.
+        progress: Hears how the training goes.
+    """
+
+    fabric: Fabric
+    machine: Machine
+    progress: TrainingProgress
 
 
 def count_ranks() -> int:

@@ -5,41 +5,38 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from lightning_fabric import Fabric
 from pydantic import JsonValue
 
 from model_zoo.checkpoints.calibration import TemperatureScaling, Uncalibrated, fit_temperature
-from model_zoo.checkpoints.write import write_checkpoint
+from model_zoo.checkpoints.write import TrainedModel, write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.metrics import METRICS
 from model_zoo.training.data import TrainingData
-from model_zoo.training.progress import TrainingProgress
+from model_zoo.training.machine import Session
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import Identity, TrainingState, best_epoch
 from model_zoo.training.validation import Predictions, predict
 
 
 def publish(
-    fabric: Fabric,
+    session: Session,
     model: SuccessModel,
     data: TrainingData,
     identity: Identity,
     state: TrainingState,
     folder: Path,
-    progress: TrainingProgress,
 ) -> TemperatureScaling | Uncalibrated:
     """Score the model on the validation rows and write its checkpoint.
 
     Rank 0 writes; all go on once it is there.
 
     Args:
-        fabric: The ranks.
+        session: Its ranks; it hears of the validation.
         model: With its best weights.
         data: What it was trained on.
         identity: Of the training.
         state: What it came to.
         folder: Of the checkpoint.
-        progress: Is told of the validation.
 
     Returns:
         How its logits become probabilities.
@@ -47,11 +44,10 @@ def publish(
     Raises:
         ZooError: It cannot be written.
     """
-    predictions = predict(fabric, model, data.validation, progress)
+    predictions = predict(session.fabric, model, data.validation, session.progress)
     calibration = fit_temperature(*predictions.of(predictions.calibrating))
-    if fabric.is_global_zero:
-        write_checkpoint(
-            folder,
+    if session.fabric.is_global_zero:
+        trained = TrainedModel(
             model_name=identity.model,
             preset=identity.preset,
             numbers=identity.numbers,
@@ -65,7 +61,8 @@ def publish(
             begins_from=identity.begins_from,
             lineage=data.lineage,
         )
-    fabric.barrier()
+        write_checkpoint(folder, trained)
+    session.fabric.barrier()
     return calibration
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
-from lightning_fabric import Fabric
 from pydantic import JsonValue
 from safetensors.torch import load_file
 
@@ -24,7 +24,7 @@ from model_zoo.training.earlier_training import (
     is_kept,
     open_finished,
 )
-from model_zoo.training.machine import Machine, count_ranks, launch_fabric
+from model_zoo.training.machine import Machine, Session, count_ranks, launch_fabric
 from model_zoo.training.optimisation import step_seed
 from model_zoo.training.progress import SilentProgress, TrainingProgress
 from model_zoo.training.publish import publish, summarise
@@ -35,6 +35,40 @@ from model_zoo.training.trainer import Trainer
 
 LOCK_FILE = ".lock"
 """In a run's folder; tells which process trains there."""
+
+
+@dataclass(frozen=True)
+class NamedModel:
+    """A model to train, and what its checkpoint says that it is.
+
+    Attributes:
+        model: With the weights to begin with; left with the best.
+        name: For the checkpoint and for texts.
+        preset: For the checkpoint.
+        numbers: The model's settings, as JSON has them.
+    """
+
+    model: SuccessModel
+    name: str
+    preset: str
+    numbers: dict[str, JsonValue]
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """From what to what a training goes.
+
+    Attributes:
+        dataset: A dataset's folder with the splits ``train`` and ``validation``.
+        recipe: How to train.
+        out: The run's folder, made if it is not there.
+        begin: The folder of a finished training that this one extends, or None.
+    """
+
+    dataset: Path
+    recipe: Recipe
+    out: Path
+    begin: Path | None = None
 
 
 def train(
@@ -78,8 +112,8 @@ def train(
     numbers = model_settings(model_name, preset, **overrides).model_dump(mode="json")
     torch.manual_seed(step_seed(recipe.seed, -1))
     model = create_model(model_name, preset, **overrides)
-    named = (model_name, preset, numbers)
-    return train_model(model, *named, dataset, recipe, out, progress, machine, begin)
+    plan = TrainingPlan(dataset, recipe, out, begin)
+    return train_model(NamedModel(model, model_name, preset, numbers), plan, progress, machine)
 
 
 def check_run(model_name: str, preset: str, dataset: Path, recipe: Recipe, out: Path) -> None:
@@ -101,75 +135,61 @@ def check_run(model_name: str, preset: str, dataset: Path, recipe: Recipe, out: 
 
 
 def train_model(
-    model: SuccessModel,
-    name: str,
-    preset: str,
-    numbers: dict[str, JsonValue],
-    dataset: Path,
-    recipe: Recipe,
-    out: Path,
+    named: NamedModel,
+    plan: TrainingPlan,
     progress: TrainingProgress | None = None,
     machine: Machine | None = None,
-    begin: Path | None = None,
 ) -> Path:
     """Train any model that keeps the contract; see :func:`train`.
 
     Args:
-        model: With the weights to begin with; left with the best.
-        name: For the checkpoint and for texts.
-        preset: For the checkpoint.
-        numbers: The model's settings, as JSON has them.
-        dataset: As in :func:`train`.
-        recipe: As in :func:`train`.
-        out: As in :func:`train`.
+        named: The model.
+        plan: From what to what.
         progress: As in :func:`train`.
         machine: As in :func:`train`.
-        begin: As in :func:`train`.
     """
-    machine, progress = machine or Machine(), progress or SilentProgress()
+    machine, out = machine or Machine(), plan.out
     _make(out)
-    fabric = launch_fabric(machine, recipe, out)
+    fabric = launch_fabric(machine, plan.recipe, out)
+    session = Session(fabric, machine, progress or SilentProgress())
     identity = Identity(
-        model=name,
-        preset=preset,
-        numbers=numbers,
-        dataset=read_index(dataset).dataset_digest,
-        recipe=recipe,
+        model=named.name,
+        preset=named.preset,
+        numbers=named.numbers,
+        dataset=read_index(plan.dataset).dataset_digest,
+        recipe=plan.recipe,
         ranks=fabric.world_size,
     )
-    finished = None if begin is None else open_finished(begin, identity, out)
+    finished = None if plan.begin is None else open_finished(plan.begin, identity, out)
     if finished is not None:
         identity = identity.model_copy(update={"begins_from": finished.beginning})
-    held = hold_folder(out, "training", ZooError, LOCK_FILE)
-    with held if fabric.is_global_zero else nullcontext():
-        return _train(fabric, model, identity, dataset, out, progress, machine, finished)
+    lock = hold_folder(out, "training", ZooError, LOCK_FILE)
+    with lock if fabric.is_global_zero else nullcontext():
+        return _train(session, named.model, identity, plan, finished)
 
 
 def _train(
-    fabric: Fabric,
+    session: Session,
     model: SuccessModel,
     identity: Identity,
-    dataset: Path,
-    out: Path,
-    progress: TrainingProgress,
-    machine: Machine,
+    plan: TrainingPlan,
     finished: FinishedTraining | None,
 ) -> Path:
-    file, checkpoint = StateFile(out / STATE_FILE, identity), out / CHECKPOINT_FOLDER
-    recipe, name = identity.recipe, identity.model
+    file, checkpoint = StateFile(plan.out / STATE_FILE, identity), plan.out / CHECKPOINT_FOLDER
+    title, progress = f"{identity.model} {identity.preset}", session.progress
     if is_kept(checkpoint, identity, has_state=file.is_there()):
         model.load_state_dict(load_file(checkpoint / WEIGHTS_FILE))
-        progress.finish(f"{name} {identity.preset}: was finished before; {checkpoint}")
+        progress.finish(f"{title}: was finished before; {checkpoint}")
         return checkpoint
-    data = open_data(dataset, model, name, recipe, machine, fabric, progress)
+    data = open_data(plan.dataset, model, identity, session)
     beginning = None if finished is None else finished.state
-    trainer = Trainer(fabric, model, data, recipe, machine, file, progress, beginning)
+    trainer = Trainer(session, model, data, identity.recipe, file, beginning)
     extends = "" if beginning is None else f", from {beginning.path.parent}"
-    progress.start(f"{name} {identity.preset}{extends}", trainer.steps, trainer.state.step)
+    progress.start(title + extends, trainer.steps, trainer.state.step)
     state = trainer.run()
     model.load_state_dict(state.best)
-    calibration = publish(fabric, model, data, identity, state, checkpoint, progress)
-    summary = summarise(state, recipe, trainer.steps, calibration)
+    calibration = publish(session, model, data, identity, state, checkpoint)
+    summary = summarise(state, identity.recipe, trainer.steps, calibration)
     progress.finish(f"{summary}; {checkpoint}")
     return checkpoint
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import time
 
-from lightning_fabric import Fabric
-
 from graspe_data.errors import ZooError
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import SUCCESS
 from model_zoo.training.data import TrainingData
 from model_zoo.training.interruption import Interruption
-from model_zoo.training.machine import Machine
+from model_zoo.training.machine import Session
 from model_zoo.training.meter import LossMeans, Stopwatch
 from model_zoo.training.optimisation import Optimisation
-from model_zoo.training.progress import Reporter, TrainingProgress
+from model_zoo.training.progress import Reporter
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.state import EpochRecord, TrainingState, best_epoch, is_exhausted
 from model_zoo.training.state_file import StateFile
@@ -31,13 +29,11 @@ class Trainer:
 
     def __init__(
         self,
-        fabric: Fabric,
+        session: Session,
         model: SuccessModel,
         data: TrainingData,
         recipe: Recipe,
-        machine: Machine,
         file: StateFile,
-        progress: TrainingProgress,
         beginning: StateFile | None = None,
     ) -> None:
         """Set up, and go on from the state's file if there is one, else from the beginning's.
@@ -45,8 +41,9 @@ class Trainer:
         Raises:
             ZooError: A file is damaged, or of another training, or the beginning has all steps.
         """
+        fabric, progress = session.fabric, session.progress
         self._fabric, self._data, self._recipe = fabric, data, recipe
-        self._machine, self._file, self._progress = machine, file, progress
+        self._machine, self._file, self._progress = session.machine, file, progress
         self._interruption = Interruption()
         batches = len(data.training)
         self.steps = min(recipe.epochs * batches, recipe.most_steps or recipe.epochs * batches)

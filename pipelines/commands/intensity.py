@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -18,6 +18,9 @@ from pipelines.commands.dataset import SOME_REFUSED, AsJson
 from pipelines.dataset_settings import load_recipe
 from pipelines.intensity.mapped_clouds import MapRequest
 from pipelines.progress import ConsoleProgress
+
+if TYPE_CHECKING:
+    from pipelines.intensity.render_recording import Rendering
 
 
 class Form(StrEnum):
@@ -79,15 +82,21 @@ def intensity(
     )
     recipe = load_recipe(manifest)
     with ConsoleProgress(Console(stderr=True)) as progress:
-        made = render_recording(_the_one(recording), recipe, request, out, progress)
+        rendering = render_recording(_the_one(recording), recipe, request, out, progress)
     if as_json:
-        typer.echo(json.dumps(asdict(made), indent=2, default=str))
+        typer.echo(json.dumps(asdict(rendering), indent=2, default=str))
     else:
-        typer.echo(f"{len(made.pictures)} maps in {out}, {made.median_ms:.1f} ms each (median)")
-        typer.echo(f"video: {made.video or 'none: OpenCV cannot write MPEG-4 here'}")
-        for reason, count in made.lost.items():
-            typer.echo(f"lost: {count} clouds: {reason}")
-    raise typer.Exit(SOME_REFUSED if made.lost else 0)
+        _print(rendering, out)
+    raise typer.Exit(SOME_REFUSED if rendering.lost else 0)
+
+
+def _print(rendering: Rendering, out: Path) -> None:
+    typer.echo(
+        f"{len(rendering.pictures)} maps in {out}, {rendering.median_ms:.1f} ms each (median)"
+    )
+    typer.echo(f"video: {rendering.video or 'none: OpenCV cannot write MPEG-4 here'}")
+    for reason, count in rendering.lost.items():
+        typer.echo(f"lost: {count} clouds: {reason}")
 
 
 def _request(content: dict[str, object]) -> MapRequest:

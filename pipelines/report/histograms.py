@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+import textwrap
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from math import ceil, floor
@@ -19,11 +20,16 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
+from graspe_data.columns import Column
+from graspe_data.observation.catalogue import RELIABILITIES
 from pipelines.report.row_blocks import row_blocks
 
 SPLIT_COLOURS = ("#4c8dcb", "#e08a2e", "#4aa564", "#a06cc0", "#888888")
 BINS = 33
 """Odd, so that rows of one and the same value fill the bin in the middle."""
+ANCHOR = "stamp_ns"
+"""A time of its own, of which a distribution says nothing."""
+LABEL_WIDTH = 52
 INK = "#010203"
 """Stands for the page's own colour of text until the drawing is written."""
 
@@ -40,6 +46,24 @@ class Quantity:
     unit: float = 1.0
     limits: tuple[float, float] | None = None
     room: float = 0.5
+
+
+def measured_quantities(columns: Iterable[Column]) -> list[Quantity]:
+    """The scalar columns of a dataset that have a unit; nanoseconds are drawn as milliseconds."""
+    return [
+        _quantity(column)
+        for column in columns
+        if column.shape == () and column.unit and column.name != ANCHOR
+    ]
+
+
+def _quantity(column: Column) -> Quantity:
+    meaning = column.meaning.partition(";")[0]
+    name, limits = column.name, (0.0, 1.0) if column.name in RELIABILITIES else None
+    if column.unit == "ns":
+        label = textwrap.fill(f"{name.removesuffix('_ns')}: {meaning}, ms", LABEL_WIDTH)
+        return Quantity(name, label, unit=1e6, room=1)
+    return Quantity(name, textwrap.fill(f"{name}: {meaning}", LABEL_WIDTH), limits=limits)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,12 @@ from graspe_data.documents import canonical_json
 from graspe_data.shards.dataset import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
 from pipelines.report.balance import Balance, SplitBalance, split_balance
-from pipelines.report.histograms import Quantity, histogram_svg, histograms, split_colours
+from pipelines.report.histograms import (
+    histogram_svg,
+    histograms,
+    measured_quantities,
+    split_colours,
+)
 from pipelines.report.intensity_picture import draw_intensity_map
 from pipelines.report.notices import notices
 from pipelines.report.row_picture import draw_row
@@ -23,17 +28,6 @@ from pipelines.report.samples import choose_samples
 
 NOTICEABLE = 0.05
 SPLITS = ("train", "validation", "test")
-QUANTITIES = (
-    Quantity("r_img", "r_img, reliability of the picture (2)", limits=(0, 1)),
-    Quantity("r_bright", "r_bright, brightness (1)", limits=(0, 1)),
-    Quantity("r_corners", "r_corners, texture", limits=(0, 1)),
-    Quantity("r_point", "r_point, reliability of the cloud (5)", limits=(0, 1)),
-    Quantity("r_planar", "r_planar, share of planar points (4)", limits=(0, 1)),
-    Quantity("r_edge", "r_edge, share of edge points (4)", limits=(0, 1)),
-    Quantity("points_age_ns", "age of the cloud at the picture, ms", unit=1e6, room=1),
-    Quantity("odometry_age_ns", "age of the odometry at the picture, ms", unit=1e6, room=1),
-    Quantity("point_count", "points in a row"),
-)
 
 
 def write_report(folder: Path, page: Path) -> None:
@@ -65,7 +59,7 @@ def _content(folder: Path, index: DatasetIndex) -> dict[str, Any]:
     splits = sorted(index.splits, key=lambda s: (SPLITS.index(s) if s in SPLITS else 99, s))
     filled = [split for split in splits if index.rows(split)]
     balances = {split: split_balance(folder, index, split) for split in splits}
-    colours = split_colours(splits)
+    colours, quantities = split_colours(splits), measured_quantities(index.columns)
     return {
         "index": index,
         "folder": folder.resolve().name,
@@ -75,7 +69,7 @@ def _content(folder: Path, index: DatasetIndex) -> dict[str, Any]:
         "time_is_known": any("time_zero_ns" in entry.details for entry in index.recordings),
         "notices": notices(folder, index, balances),
         "colours": {split: colours[split] for split in filled},
-        "charts": [histogram_svg(h, colours) for h in histograms(folder, filled, QUANTITIES)],
+        "charts": [histogram_svg(h, colours) for h in histograms(folder, filled, quantities)],
         "samples": _samples(folder, index, filled),
         "configuration": canonical_json(dict(index.configuration)),
     }

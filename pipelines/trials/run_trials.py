@@ -22,7 +22,7 @@ from pipelines.executors import Workers, run_all
 from pipelines.trials.config import Conditions, TrialConfig
 from pipelines.trials.methods import Method, make_planner, make_watch, make_witness
 from pipelines.trials.run_trial import run_trial
-from pipelines.trials.summary import summarise
+from pipelines.trials.summary import TrialIdentity, summarise
 from pipelines.trials.trial import Trial, read_trial
 from planners.guarded import LOGGER_NAME
 
@@ -100,8 +100,10 @@ def _run_one(out: Path, task: TrialTask) -> Trial:
     planner = make_planner(task.method, field, task.config, task.threads, watch, witness)
     with _quiet_planners():
         run = run_trial(field, planner, settings, task.method.senses, witness)
-    digests = task.conditions.digest, task.method.driver(task.config), task.inputs
-    trial = summarise(field, run, settings, task.method.name, *digests)
+    identity = TrialIdentity(
+        task.method.name, task.conditions.digest, task.method.driver(task.config), task.inputs
+    )
+    trial = summarise(field, run, settings, identity)
     trial = trial.model_copy(update={"scenario": task.conditions.label})
     if watch is not None:
         trial = trial.model_copy(update={"maps": watch.score(field, run.drive)})

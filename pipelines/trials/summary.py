@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,39 +20,34 @@ from pipelines.trials.trial import ControlTimes, Pose, Trial
 PATH_STEP_S = 0.2
 
 
-def summarise(
-    field: Field,
-    run: Run,
-    settings: TrialSettings,
-    method: str,
-    conditions: str,
-    driver: str,
-    inputs: str,
-) -> Trial:
+@dataclass(frozen=True)
+class TrialIdentity:
+    """Who drove, and the digests of ``Trial``."""
+
+    method: str
+    conditions: str
+    driver: str = ""
+    inputs: str = ""
+
+
+def summarise(field: Field, run: Run, settings: TrialSettings, identity: TrialIdentity) -> Trial:
     """Count, measure and explain a trial.
 
     Args:
         field: Where it was.
         run: What happened.
         settings: How it was run.
-        method: Who drove.
-        conditions: Digest, see ``Trial``.
-        driver: Digest, see ``Trial``.
-        inputs: Digest, see ``Trial``.
+        identity: Who drove, and under what.
     """
     drive, logbook = run.drive, run.logbook
     kinds = Counter(event.kind for event in true_events(drive))
     moving = [entry for entry in logbook.entries if entry.moves_on]
-    reasons = Counter(entry.command.reason for entry in logbook.entries)
     poses = np.column_stack([drive.position[:, :2], drive.attitude[:, 2]])
     goal = field.scenario.goal or (0.0, 0.0)
     return Trial(
         scenario=field.scenario.name,
-        method=method,
         seed=field.seed,
-        conditions=conditions,
-        driver=driver,
-        inputs=inputs,
+        **vars(identity),
         outcome=run.outcome,
         failure=explain(
             logbook, run.outcome, _failed_at(run), _pose(poses[-1]), settings.stalled_s
@@ -65,7 +61,7 @@ def summarise(
         arcs=len(moving),
         arcs_free=int(logbook.free(moving).sum()),
         control=_times(logbook),
-        safe_commands={reason: count for reason, count in sorted(reasons.items()) if reason},
+        safe_commands=_reasons(logbook),
         start=field.world.start,
         goal=goal,
         path_step_s=PATH_STEP_S,
@@ -77,6 +73,12 @@ def _failed_at(run: Run) -> int:
     """The step at which the failure began that ended the trial; else the last step."""
     begun = [event.start_ns for event in true_events(run.drive) if event.kind == run.outcome]
     return round(begun[-1] * 1e-9 / STEP_S) if begun else len(run.drive.time_s)
+
+
+def _reasons(logbook: Logbook) -> dict[str, int]:
+    """How often the planner gave each reason, by the reason."""
+    reasons = Counter(entry.command.reason for entry in logbook.entries)
+    return {reason: count for reason, count in sorted(reasons.items()) if reason}
 
 
 def _times(logbook: Logbook) -> ControlTimes:

@@ -13,7 +13,7 @@ import torch
 from typer.testing import CliRunner, Result
 
 from graspe_data.bundle_contract import CONTRACT_FILE, PARITY_FILE, BundleContract
-from model_zoo.checkpoints import write_checkpoint
+from model_zoo.checkpoints import TrainedModel, write_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.registry import create_model, model_settings
 from pipelines.command_line import app
@@ -62,8 +62,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recipe = load_recipe("field")
     index = dataset_index(recipe, row_columns(recipe), [], {})
     torch.manual_seed(0)
-    return write_checkpoint(
-        tmp_path_factory.mktemp("export") / "checkpoint",
+    trained = TrainedModel(
         model_name="paad",
         preset="small",
         numbers=model_settings("paad", "small").model_dump(mode="json"),
@@ -75,6 +74,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
         calibration=None,
         assumptions=read_assumptions(index),
     )
+    return write_checkpoint(tmp_path_factory.mktemp("export") / "checkpoint", trained)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 import model_zoo.checkpoints.load as loading
-from model_zoo.checkpoints import TemperatureScaling, write_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, TrainedModel, write_checkpoint
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, TinyModel
@@ -43,6 +43,6 @@ def write_tiny(tmp_path: Path) -> Callable[..., Path]:
                 temperature=2.0, judged=7, loss_before=0.9, loss_after=0.6
             ),
         }
-        return write_checkpoint(tmp_path / folder, **(arguments | changed))
+        return write_checkpoint(tmp_path / folder, TrainedModel(**(arguments | changed)))
 
     return write

@@ -19,7 +19,7 @@ from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.robot import Robot
 from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
-from model_zoo.checkpoints import TemperatureScaling, write_checkpoint
+from model_zoo.checkpoints import TemperatureScaling, TrainedModel, write_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings
@@ -187,4 +187,4 @@ def write_made(
         ),
         "assumptions": read_assumptions(index) if told else None,
     }
-    return write_checkpoint(folder, **(arguments | changes))
+    return write_checkpoint(folder, TrainedModel(**(arguments | changes)))

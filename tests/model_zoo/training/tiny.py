@@ -26,7 +26,7 @@ from model_zoo.training.machine import Machine
 from model_zoo.training.optimisation import step_seed
 from model_zoo.training.progress import TrainingProgress
 from model_zoo.training.recipe import Recipe
-from model_zoo.training.train import train_model
+from model_zoo.training.train import NamedModel, TrainingPlan, train_model
 
 HORIZON = 3
 ROWS = {"train": 24, "validation": 9}
@@ -173,7 +173,8 @@ def train_tiny(
 ) -> SuccessModel:
     """Train and give the model back, with its best weights."""
     model = make_model(recipe.seed) if model is None else model
-    train_model(model, "tiny", "small", {}, dataset, recipe, out, progress, machine, begin)
+    named = NamedModel(model, "tiny", "small", {})
+    train_model(named, TrainingPlan(dataset, recipe, out, begin), progress, machine)
     return model
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from graspe_data.columns import Column
 from graspe_data.shards.dataset_manifest import (
     read_index,
 )
@@ -39,6 +40,18 @@ def test_histograms_count_every_row_once(dataset: Path) -> None:
         assert made.counts["validation"].sum() == 5
     ages = histograms.histograms(dataset, ("train",), quantities)[1]
     assert (ages.edges[0], ages.edges[-1]) == (0, 110)
+
+
+def test_every_scalar_with_a_unit_is_drawn(dataset: Path) -> None:
+    columns = read_index(dataset).columns
+    mean = Column(
+        name="mean_range", dtype="float32", shape=(), unit="m", frame="", meaning="x; y", stage="s"
+    )
+    drawn = {q.column: q for q in histograms.measured_quantities((*columns, mean))}
+    assert {"r_img", "r_edge", "point_count", "points_age_ns", "mean_range"} <= drawn.keys()
+    assert drawn.keys().isdisjoint({"stamp_ns", "state", "recording", "image", "image_valid"})
+    assert list(drawn["r_img"].limits or ()) == [0, 1]
+    assert (drawn["points_age_ns"].unit, drawn["mean_range"].label) == (1e6, "mean_range: x")
 
 
 @pytest.mark.parametrize(("age_ms", "ends"), [(0.0, (-1, 1)), (0.3, (-1, 2)), (30.0, (28.5, 31.5))])

@@ -17,7 +17,7 @@ from pipelines.trials.config import Conditions
 from pipelines.trials.run_trial import Run, run_trial, trial_scenario
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses
-from pipelines.trials.summary import summarise
+from pipelines.trials.summary import TrialIdentity, summarise
 from pipelines.trials.trial import Trial
 from planners.situation import Command, Planner, Situation
 
@@ -121,6 +121,6 @@ def drives(lane_of: LaneOf) -> Drives:
         lane, settings = lane_of(*features, seed=seed, **changes), TrialSettings(**changes)
         run = run_trial(lane, planner, settings, senses)
         conditions = Conditions(scenario=lane.scenario, robot=lane.robot, trial=settings)
-        return run, summarise(lane, run, settings, "ours", conditions.digest, "", "")
+        return run, summarise(lane, run, settings, TrialIdentity("ours", conditions.digest))
 
     return drive
