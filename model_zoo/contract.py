@@ -19,6 +19,13 @@ Observation = Mapping[str, Tensor]
 DRIVEN = "trajectory_image"
 """The column that differs between the candidates in a scene."""
 
+CANDIDATE_IMAGE, CANDIDATE_SUCCESS, CANDIDATE_MASK = CANDIDATE_COLUMNS = (
+    "candidate_image",
+    "candidate_success",
+    "candidate_mask",
+)
+"""What a simulated dataset knows of other trajectories of its rows."""
+
 Features = dict[str, Tensor]
 """What a model makes of a scene, by name: each (B, ...)."""
 

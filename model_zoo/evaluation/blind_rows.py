@@ -19,7 +19,7 @@ from model_zoo.evaluation.scenes import Candidates, read_candidates
 from model_zoo.validation_rows import VALIDATION, read_validation_rows
 
 TAUGHT, CHOSE = "train", VALIDATION
-MOST_ROWS = 6000
+MOST_ROWS = 4000
 """To teach on or to choose by, evenly over the split: neighbours are much alike."""
 
 

@@ -15,7 +15,7 @@ from graspe_data.arrays import Floats, Floats32, Mask
 from model_zoo.metrics import au_roc
 
 LEAVES: Final = (4, 16)
-ITERATIONS: Final = 160
+ITERATIONS: Final = 100
 STAGE: Final = 20
 """Trees between two looks at the rows that choose."""
 SETTINGS: Final = {

@@ -1,110 +1,18 @@
-"""The comparison as Markdown: what was compared, model by scenario, by condition, scores, costs."""
+"""The comparison as Markdown: model by scenario, by part of the rows, by condition; costs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from model_zoo.evaluation.blind_features import TITLES
 from model_zoo.evaluation.cell import ALL_SCENARIOS, Lead, Score
+from model_zoo.evaluation.comparison_heading import render_heading
 from model_zoo.evaluation.contestants import Contestant, all_and_each
 from model_zoo.evaluation.entrants import Entrant, blind_entrants
 from model_zoo.evaluation.evaluation import Evaluation
-from model_zoo.evaluation.parts import ALL_ROWS, NOT_FAILING, in_order
+from model_zoo.evaluation.parts import NOT_FAILING, in_order
 from model_zoo.evaluation.parts import TITLES as PART_TITLES
-from model_zoo.evaluation.score_cells import FEWEST_RECORDINGS
-
-
-def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table; what a text holds of Markdown's or HTML's own signs is shown as it is."""
-    lines = [[_escaped(text) for text in line] for line in (head, *rows)]
-    lines.insert(1, ["---" for _ in head])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _escaped(text: str) -> str:
-    plain = " ".join(text.split())
-    return plain.replace("|", "\\|").replace("<", "&lt;")
-
-
-_SHORT = 12
-_VALUES = ("epochs", "most_steps", "batch_size", "learning_rate")
-_NOTE = """\
-# Comparison
-
-Written by `graspe zoo compare`, alone or at the end of `graspe zoo run`; `comparison.csv` has every
-number, `zoo.yaml` every training.
-
-Split `{split}` of the dataset `{dataset}`: {rows}. Scores are of rows that are not failing yet: a
-failure that is under way at the anchor is told by odometry alone. AU-ROC pools their judged steps.
-The blind references come first. They have no camera and no cloud, were taught on the training rows
-of `{taught_on}`, and had their settings chosen on the validation rows that select. In brackets:
-95 % of {resamples} resamples lie within; none are given for fewer than {fewest} recordings. {runs}
-Differences are of the same resamples. Bold: the best of a column.
-"""
-_MANY_RUNS = (
-    "Recordings are resampled, and with them the trainings of a model that has several; values are "
-    "means over the trainings."
-)
-_ONE_RUN = (
-    "They are intervals over recordings, not over trainings: how far other trainings of a model "
-    "would lie from these numbers is seen only from several seeds."
-)
-
-
-def render_heading(models: Sequence[Contestant]) -> str:
-    """The title, what the numbers mean, and how each model was trained."""
-    first = models[0].runs[0]
-    note = _NOTE.format(
-        split=first.split,
-        dataset=first.dataset[:_SHORT],
-        rows=_rows(first),
-        resamples=first.resamples,
-        fewest=FEWEST_RECORDINGS,
-        taught_on=first.references.taught_on[:_SHORT],
-        runs=_MANY_RUNS if any(len(model.runs) > 1 for model in models) else _ONE_RUN,
-    )
-    return f"{note}\n## Trainings\n\n{_trainings(models)}"
-
-
-def _rows(evaluation: Evaluation) -> str:
-    whole = evaluation.cell(condition=evaluation.conditions[0])
-    counts = (
-        f"{whole.parts[ALL_ROWS].rows:,} rows of {whole.recordings} recordings" if whole else ""
-    )
-    which = "every judged row" if evaluation.every == 1 else "of the judged rows of a recording one"
-    return f"{counts}, {which}" + (f" in {evaluation.every}" if evaluation.every > 1 else "")
-
-
-def _trainings(models: Sequence[Contestant]) -> str:
-    head = ["model", "preset", "trainings", "that chose its settings", "seeds", "steps done"]
-    head += ["recipe"]
-    head += [name.replace("_", " ") for name in _VALUES]
-    return markdown_table([*head, "trained on"], [_training(model) for model in models])
-
-
-def _training(model: Contestant) -> list[str]:
-    first = model.runs[0]
-    values = {} if first.recipe is None else first.recipe.values
-    return [
-        model.label,
-        first.preset,
-        f"{len(model.runs)}",
-        "not said" if first.searched is None else f"{first.searched}",
-        _listed([run.seed for run in model.runs]),
-        _listed([run.steps for run in model.runs]),
-        "unknown" if first.recipe is None else first.recipe.short,
-        *(_value(values[name]) if name in values else "-" for name in _VALUES),
-        first.trained_on[:_SHORT],
-    ]
-
-
-def _listed(numbers: Sequence[int | None]) -> str:
-    return ", ".join("unknown" if number is None else f"{number}" for number in numbers)
-
-
-def _value(value: object) -> str:
-    return "none" if value is None else f"{value}"
-
+from model_zoo.evaluation.score_tables import emphasised, markdown_table, score_grid, signed
 
 _ROWS = "rows not failing yet, clean sensors"
 _PARTS_NOTE = """\
@@ -147,7 +55,7 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
 def _scenarios(models: Sequence[Contestant]) -> str:
     columns = all_and_each(models[0].runs[0])
     condition = models[0].runs[0].conditions[0]
-    return _grid(_entrants(models), columns, lambda m, column: m.au_roc(column, condition))
+    return score_grid(_entrants(models), columns, lambda m, column: m.au_roc(column, condition))
 
 
 def _entrants(models: Sequence[Contestant]) -> list[Entrant]:
@@ -168,7 +76,7 @@ def _leads(models: Sequence[Contestant]) -> str:
 def _lead(lead: Lead | None) -> str:
     if lead is None:
         return "-"
-    return f"{_signed(lead)} over {TITLES[lead.reference].removeprefix('blind: ')}"
+    return f"{signed(lead)} over {TITLES[lead.reference].removeprefix('blind: ')}"
 
 
 def _parts(models: Sequence[Contestant]) -> str:
@@ -183,7 +91,7 @@ def _parts(models: Sequence[Contestant]) -> str:
     parts = in_order(whole.parts if whole else ())
     known = [part for part in parts if any(score(e, part).value is not None for e in entrants)]
     columns = [part for part in known if part != NOT_FAILING]
-    return _grid(entrants, columns, score, titles=[PART_TITLES[part] for part in columns])
+    return score_grid(entrants, columns, score, titles=[PART_TITLES[part] for part in columns])
 
 
 def _undefined(evaluation: Evaluation) -> str:
@@ -199,14 +107,14 @@ def _undefined(evaluation: Evaluation) -> str:
 
 def _conditions(models: Sequence[Contestant]) -> str:
     columns = models[0].runs[0].conditions
-    return _grid(_entrants(models), columns, lambda m, column: m.au_roc(ALL_SCENARIOS, column))
+    return score_grid(_entrants(models), columns, lambda m, column: m.au_roc(ALL_SCENARIOS, column))
 
 
 def _differences(models: Sequence[Contestant]) -> str:
     columns = all_and_each(models[0].runs[0])
     condition = models[0].runs[0].conditions[0]
     rows = [
-        [m.label, *(_signed(m.advantage(models[0], column, condition)) for column in columns)]
+        [m.label, *(signed(m.advantage(models[0], column, condition)) for column in columns)]
         for m in models[1:]
     ]
     return markdown_table(["model", *columns], rows)
@@ -215,7 +123,7 @@ def _differences(models: Sequence[Contestant]) -> str:
 def _declines(models: Sequence[Contestant]) -> str:
     clean, *columns = models[0].runs[0].conditions
 
-    return _grid(models, columns, lambda m, c: m.decline(clean, c), higher_is_better=False)
+    return score_grid(models, columns, lambda m, c: m.decline(clean, c), higher_is_better=False)
 
 
 def _others(models: Sequence[Contestant]) -> str:
@@ -223,7 +131,7 @@ def _others(models: Sequence[Contestant]) -> str:
     columns = []
     for metric, (_, higher) in _SCORES.items():
         scores = [model.score(metric, ALL_SCENARIOS, condition) for model in models]
-        columns.append(_emphasise(scores, higher_is_better=higher))
+        columns.append(emphasised(scores, higher_is_better=higher))
     temperatures = [
         ", ".join("none" if run.temperature is None else f"{run.temperature:.2f}" for run in m.runs)
         for m in models
@@ -268,44 +176,3 @@ def _data(evaluation: Evaluation) -> str:
     return markdown_table(
         ["scenario", "recordings", "rows not failing yet", "judged steps", "of them success"], rows
     )
-
-
-def _grid(
-    models: Sequence[Entrant],
-    columns: Sequence[str],
-    score: Callable[[Entrant, str], Score],
-    *,
-    higher_is_better: bool = True,
-    titles: Sequence[str] | None = None,
-) -> str:
-    texts = [
-        _emphasise([score(model, c) for model in models], higher_is_better=higher_is_better)
-        for c in columns
-    ]
-    labels = [model.label for model in models]
-    rows = [list(row) for row in zip(labels, *texts, strict=True)]
-    return markdown_table(["model", *(titles or columns)], rows)
-
-
-def _emphasise(scores: Sequence[Score], *, higher_is_better: bool) -> list[str]:
-    values = [round(score.value, 3) for score in scores if score.value is not None]
-    best = (max if higher_is_better else min)(values, default=None)
-    several = len(values) > 1
-    return [
-        _shown(score, bold=several and score.value is not None and round(score.value, 3) == best)
-        for score in scores
-    ]
-
-
-def _shown(score: Score, *, bold: bool = False, form: str = ".3f") -> str:
-    if score.value is None:
-        return "-"
-    value = f"{score.value:{form}}".replace("-0.000", "0.000")
-    text = f"**{value}**" if bold else value
-    if score.low is None or score.high is None:
-        return text
-    return f"{text} [{score.low:{form}}, {score.high:{form}}]"
-
-
-def _signed(score: Score) -> str:
-    return _shown(score, form="+.3f")

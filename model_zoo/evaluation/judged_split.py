@@ -25,10 +25,10 @@ from model_zoo.checkpoints import Checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions
 from model_zoo.checkpoints.lineage import check_observed_alike
 from model_zoo.contents import check_values
-from model_zoo.contract import DRIVEN
+from model_zoo.contract import CANDIDATE_IMAGE, DRIVEN
 from model_zoo.evaluation.cell import ALL_SCENARIOS
 from model_zoo.evaluation.parts import part_mask
-from model_zoo.evaluation.scenes import CANDIDATE_IMAGE, Candidates, read_candidates
+from model_zoo.evaluation.scenes import Candidates, read_candidates
 from model_zoo.labels import UNJUDGED, check_binary
 from model_zoo.row_states import read_row_states, step_seconds
 

@@ -15,9 +15,8 @@ from model_zoo.augmentation.reliability import taught_with
 from model_zoo.augmentation.settings import AugmentationSettings, settings_of_dataset
 from model_zoo.batches import Batch
 from model_zoo.checkpoints import Checkpoint
-from model_zoo.contract import DRIVEN
+from model_zoo.contract import CANDIDATE_IMAGE, DRIVEN
 from model_zoo.evaluation.judged_split import JudgedSplit
-from model_zoo.evaluation.scenes import CANDIDATE_IMAGE
 from model_zoo.evaluation.score_cells import Said
 
 

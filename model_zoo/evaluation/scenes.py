@@ -13,11 +13,10 @@ import numpy as np
 from graspe_data.arrays import Floats, Indices, Mask
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_manifest import DatasetIndex
+from model_zoo.contract import CANDIDATE_IMAGE, CANDIDATE_MASK, CANDIDATE_SUCCESS
 from model_zoo.labels import check_binary
 
-CANDIDATE_IMAGE, CANDIDATE_VELOCITY = "candidate_image", "candidate_velocity"
-_TRUTH = ("candidate_success", "candidate_mask")
-_NEEDED = {CANDIDATE_IMAGE, CANDIDATE_VELOCITY, *_TRUTH}
+CANDIDATE_VELOCITY = "candidate_velocity"
 
 
 @dataclass(frozen=True)
@@ -44,13 +43,13 @@ def read_candidates(
         ShardError: A column is damaged.
         ZooError: A label is neither 0 nor 1.
     """
-    if not {column.name for column in index.columns} >= _NEEDED:
+    columns = (CANDIDATE_VELOCITY, CANDIDATE_SUCCESS, CANDIDATE_MASK)
+    if not {column.name for column in index.columns} >= {CANDIDATE_IMAGE, *columns}:
         return None
-    columns = (CANDIDATE_VELOCITY, *_TRUTH)
     batch = Dataset(folder, split, columns, check="sha256").batch(rows)
-    mask = batch["candidate_mask"].astype(bool)
-    success = batch["candidate_success"]
-    check_binary(success, mask[..., None], f"{folder}: split {split!r}: candidate_success")
+    mask = batch[CANDIDATE_MASK].astype(bool)
+    success = batch[CANDIDATE_SUCCESS]
+    check_binary(success, mask[..., None], f"{folder}: split {split!r}: {CANDIDATE_SUCCESS}")
     through = np.asarray(success.astype(bool).all(axis=2))
     return Candidates(batch[CANDIDATE_VELOCITY].astype(np.float64), through, mask)
 

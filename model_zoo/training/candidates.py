@@ -13,14 +13,15 @@ from torch.nn.functional import softplus
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from model_zoo.batches import Batch
-from model_zoo.contract import DRIVEN, SuccessModel
-from model_zoo.labels import MASK, SUCCESS, check_binary
-
-CANDIDATE_IMAGE, CANDIDATE_SUCCESS, CANDIDATE_MASK = CANDIDATE_COLUMNS = (
-    "candidate_image",
-    "candidate_success",
-    "candidate_mask",
+from model_zoo.contract import (
+    CANDIDATE_COLUMNS,
+    CANDIDATE_IMAGE,
+    CANDIDATE_MASK,
+    CANDIDATE_SUCCESS,
+    DRIVEN,
+    SuccessModel,
 )
+from model_zoo.labels import MASK, SUCCESS, check_binary
 
 
 def candidate_columns(

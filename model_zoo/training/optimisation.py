@@ -10,9 +10,9 @@ from lightning_fabric import Fabric
 from torch import Tensor, nn
 
 from model_zoo.batches import Batch
-from model_zoo.contract import DRIVEN, Observation, SuccessModel
+from model_zoo.contract import CANDIDATE_MASK, DRIVEN, Observation, SuccessModel
 from model_zoo.labels import MASK, SUCCESS
-from model_zoo.training.candidates import CANDIDATE_MASK, join_candidates, ranking_loss
+from model_zoo.training.candidates import join_candidates, ranking_loss
 from model_zoo.training.recipe import Recipe
 from model_zoo.training.rows import RowWeights
 

@@ -11,7 +11,8 @@ from model_zoo.augmentation.mirror import mirror
 from model_zoo.augmentation.reliability import give_reliabilities
 from model_zoo.augmentation.settings import AugmentationSettings, ReliabilitySource
 from model_zoo.batches import Batch
-from model_zoo.training.candidates import CANDIDATE_MASK, draw_candidates
+from model_zoo.contract import CANDIDATE_MASK
+from model_zoo.training.candidates import draw_candidates
 from model_zoo.training.rows import MIRRORED
 
 _WHOLE_LIDAR = (

@@ -16,11 +16,16 @@ from torch import Tensor, nn
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
-from model_zoo.contract import Features, Observation, SuccessModel, masked_cross_entropy
+from model_zoo.contract import (
+    CANDIDATE_COLUMNS,
+    Features,
+    Observation,
+    SuccessModel,
+    masked_cross_entropy,
+)
 from model_zoo.models.paad import Paad
 from model_zoo.registry import create_model
 from model_zoo.training.candidates import (
-    CANDIDATE_COLUMNS,
     candidate_columns,
     check_candidates,
     draw_candidates,
