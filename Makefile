@@ -46,7 +46,7 @@ test: setup
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST)
 
 test-fast: setup
-	$(BIN)/python -m pytest -q -n $(WORKERS) $(FAST) $(PYTEST)
+	$(BIN)/python -m pytest -q -n $(WORKERS) -m 'not soak and not slow' $(FAST) $(PYTEST)
 
 docs: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.txt -e '.[docs]'

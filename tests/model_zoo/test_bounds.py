@@ -81,6 +81,7 @@ def test_every_number_has_two_bounds(case: tuple[str, Number]) -> None:
     assert number.least < number.most < 1e20
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(st.data())
 def test_beyond_its_bounds_one_error_names_the_number(data: st.DataObject) -> None:
@@ -96,6 +97,7 @@ def test_beyond_its_bounds_one_error_names_the_number(data: st.DataObject) -> No
     assert len(faults) <= 2  # of alternatives, such as a word or a number, one each
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=150)
 @given(st.data())
 def test_within_its_bounds_it_makes_a_model_or_an_error_in_words(data: st.DataObject) -> None:
@@ -110,6 +112,7 @@ def test_within_its_bounds_it_makes_a_model_or_an_error_in_words(data: st.DataOb
         assert 0 < sum(weight.numel() for weight in model.parameters()) <= MOST_PARAMETERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(name: str) -> None:
     rows = {key: torch.from_numpy(column) for key, column in make_rows(3, 0, 0).items()}

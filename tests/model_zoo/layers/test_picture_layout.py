@@ -24,6 +24,7 @@ for _ in range(20):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("network", ["ResNet8(3, 2)", "ResNet8(3, 12)", "ResNet18(4, 2, None)"])
 def test_narrow_networks_train_on_two_threads(network: str) -> None:
     script = TRAINED_ON_TWO_THREADS.format(network=network)
