@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.measurement import Measurement, render_table
 from graspe_data.columns import Column
 from graspe_data.shards import Dataset, EpochOrder
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
 
 ROWS = 2048

@@ -23,7 +23,7 @@ from rosbags.highlevel import AnyReader
 from benchmarks.long_recording import LoopedDrive
 from benchmarks.measurement import Measurement, render_table
 from graspe_data.progress import Silent
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe, SplitSettings, load_recipe
 from pipelines.executors import Workers, one_thread

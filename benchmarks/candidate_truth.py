@@ -22,7 +22,7 @@ from graspe_data.arrays import Floats, Mask
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from planners.arc_distance import FreeWay, free_way
 from planners.body_discs import BodySettings, body_discs

@@ -13,7 +13,7 @@ from graspe_data.arrays import Mask
 from graspe_data.errors import ZooError
 from graspe_data.observation.labels import AnchorState, anchor_states, failing_by_labels
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 
 STATE, HISTORY = "state", "velocity_history"
 STEP_S = 0.3

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 
 BEFORE: Final = {"train": (), "validation": ("train",)}
 """The splits that come before one; before any other come both."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graspe_data.arrays import Indices, Mask, Stamps
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 
 
 @dataclass(frozen=True)

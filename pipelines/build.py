@@ -9,7 +9,7 @@ from pathlib import Path
 from graspe_data.columns import Column
 from graspe_data.errors import StageError
 from graspe_data.progress import Progress
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     DatasetIndex,
     RecordingEntry,
     ShardFile,

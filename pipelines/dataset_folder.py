@@ -10,8 +10,8 @@ from pathlib import Path
 from graspe_data.atomic_file import PARTIAL_SUFFIX
 from graspe_data.errors import ShardError, StageError
 from graspe_data.folder_lock import hold_folder
-from graspe_data.shards.dataset_manifest import (
-    MANIFEST_NAME,
+from graspe_data.shards.dataset_index import (
+    INDEX_FILE,
     DatasetIndex,
     ShardFile,
     read_index,
@@ -43,7 +43,7 @@ def only_builder(folder: Path) -> Iterator[None]:
 
 def _check_ours(folder: Path) -> None:
     names = sorted(path.name for path in folder.iterdir())
-    if {EPISODES, MANIFEST_NAME} & set(names):
+    if {EPISODES, INDEX_FILE} & set(names):
         return
     if others := [name for name in names if not name.endswith(PARTIAL_SUFFIX)]:
         raise StageError(
@@ -54,7 +54,7 @@ def _check_ours(folder: Path) -> None:
 
 def earlier_shards(folder: Path) -> dict[str, ShardFile]:
     """The shards that an earlier build committed and that are still whole, by path."""
-    if not (folder / MANIFEST_NAME).is_file():
+    if not (folder / INDEX_FILE).is_file():
         return {}
     try:
         index = read_index(folder)

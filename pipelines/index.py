@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pydantic import JsonValue
 
 from graspe_data.columns import Column
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, ShardFile
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, ShardFile
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.parts import Part
 from pipelines.process_recording import Refusal

@@ -15,7 +15,7 @@ from graspe_data.errors import ShardError
 from graspe_data.folder_lock import hold_folder
 from graspe_data.links import check_link
 from graspe_data.progress import Progress
-from graspe_data.shards.dataset_manifest import MANIFEST_NAME, DatasetIndex, read_index
+from graspe_data.shards.dataset_index import INDEX_FILE, DatasetIndex, read_index
 from graspe_data.shards.verify import verify_shard
 from graspe_data.whole_folder import workplace
 
@@ -65,7 +65,7 @@ def pack_dataset(folder: Path, target: Path, progress: Progress) -> Packed:
     _check_target(folder, target)
     with hold_folder(folder, "at work", ShardError):
         index = read_index(folder)
-        files = [*_checked_shards(folder, index, progress), *_documents(folder), MANIFEST_NAME]
+        files = [*_checked_shards(folder, index, progress), *_documents(folder), INDEX_FILE]
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             with workplace(target) as place:
@@ -126,13 +126,13 @@ def _is_packed_folder(target: Path) -> bool:
     except ShardError:
         return False
     known = {shard.path for shards in index.splits.values() for shard in shards}
-    return {*_sizes(target)} <= {*known, *_documents(target), MANIFEST_NAME}
+    return {*_sizes(target)} <= {*known, *_documents(target), INDEX_FILE}
 
 
 def _is_packed_tar(target: Path) -> bool:
     try:
         with tarfile.open(target, "r:") as archive:
-            return any(Path(name).name == MANIFEST_NAME for name in archive.getnames())
+            return any(Path(name).name == INDEX_FILE for name in archive.getnames())
     except (OSError, tarfile.TarError):
         return False
 

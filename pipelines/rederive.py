@@ -15,7 +15,7 @@ from graspe_data.errors import GraspeError, ShardError
 from graspe_data.manifest import validate
 from graspe_data.recordings import recording_digest
 from graspe_data.shards.dataset import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, read_index
 from graspe_data.shards.stored_columns import decode_rows
 from pipelines.dataset_settings import DatasetRecipe
 from pipelines.episode import StoredColumn, whole_column

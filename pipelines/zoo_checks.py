@@ -8,7 +8,7 @@ from pathlib import Path
 
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from model_zoo.augmentation import Condition
 from model_zoo.labels import LABEL_COLUMNS
 from model_zoo.registry import create_model

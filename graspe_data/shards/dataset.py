@@ -16,7 +16,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ShardError
 from graspe_data.links import check_link
 from graspe_data.shards.aligned_npz import NpzMap
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from graspe_data.shards.stored_columns import (
     Array,
     check_stored,

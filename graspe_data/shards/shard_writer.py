@@ -12,7 +12,7 @@ from graspe_data.columns import Column
 from graspe_data.errors import ShardError
 from graspe_data.manifest import validate
 from graspe_data.shards.aligned_npz import write_npz
-from graspe_data.shards.dataset_manifest import ShardFile
+from graspe_data.shards.dataset_index import ShardFile
 from graspe_data.shards.stored_columns import check_stored, member_names
 
 

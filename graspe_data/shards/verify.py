@@ -1,4 +1,4 @@
-"""Check every byte of a dataset against its manifest."""
+"""Check every byte of a dataset against its index."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from graspe_data.columns import Column
 from graspe_data.errors import ShardError
 from graspe_data.links import check_link
 from graspe_data.shards.aligned_npz import NpzMap, npz_differs_at
-from graspe_data.shards.dataset_manifest import DatasetIndex, ShardFile, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, ShardFile, read_index
 from graspe_data.shards.stored_columns import check_stored, member_names
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something in a dataset that is not as its manifest says.
+    """Something in a dataset that is not as its index says.
 
     Attributes:
         split: The split of the shard.
         shard: The shard's path in the dataset's folder.
         column: The stored array at fault; None where it is the file itself.
-        expected: What the manifest says.
+        expected: What the index says.
         found: What is there.
     """
 

@@ -13,7 +13,7 @@ from graspe_data.manifest import Settings, Share, validate
 from graspe_data.observation.image_reliability import ImageReliabilitySettings
 from graspe_data.observation.laser_scan import LaserScanSettings
 from graspe_data.observation.point_reliability import PointReliabilitySettings
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 
 Number = TypeVar("Number", int, float)
 

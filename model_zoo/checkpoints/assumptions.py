@@ -19,7 +19,7 @@ from graspe_data.errors import ManifestError, ZooError
 from graspe_data.manifest import validate
 from graspe_data.observation.settings import HistorySettings, ObservationManifest
 from graspe_data.robot import Robot
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 
 Value = TypeVar("Value")
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from graspe_data.documents import Sha256
 from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry
 
 TAUGHT, CHOSE = "train", "validation"
 _OF_THE_ROBOT: Final = frozenset(

@@ -89,7 +89,7 @@ class TrainedModel:
 
 
 def write_checkpoint(folder: Path, trained: TrainedModel) -> Path:
-    """Write a checkpoint; ``manifest.json`` with the digests of all files comes last.
+    """Write a checkpoint; its seal, ``manifest.json``, comes last.
 
     A checkpoint that stood in the folder is replaced; other files in it are left alone. The same
     model in the same environment gives the same bytes.

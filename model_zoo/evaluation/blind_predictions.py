@@ -15,7 +15,7 @@ from graspe_data.arrays import Floats
 from graspe_data.documents import canonical_json
 from graspe_data.progress import Progress
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.augmentation import FAILING_SENSOR, Condition, apply_condition
 from model_zoo.augmentation.settings import settings_of_dataset
 from model_zoo.evaluation.blind_cache import Arrays, kept_or_made

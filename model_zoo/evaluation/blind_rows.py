@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from graspe_data.arrays import Floats, Indices, Mask
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from model_zoo.evaluation.blind_features import LASER_SCAN, VELOCITY_HISTORY, blind_features
 from model_zoo.evaluation.blind_tree import LabelledRows
 from model_zoo.evaluation.scenes import Candidates, read_candidates

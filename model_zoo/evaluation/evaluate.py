@@ -9,7 +9,7 @@ from typing import Any
 import torch
 
 from graspe_data.progress import Progress, Silent
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.augmentation import CONDITIONS, Condition
 from model_zoo.checkpoints import Checkpoint
 from model_zoo.environment import Device, choose_device

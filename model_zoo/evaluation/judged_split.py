@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graspe_data.arrays import Indices, Mask
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, read_index
 from model_zoo.augmentation import (
     FAILING_SENSOR,
     Condition,

@@ -12,7 +12,7 @@ import numpy as np
 
 from graspe_data.arrays import Floats, Indices, Mask
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 from model_zoo.contract import CANDIDATE_IMAGE, CANDIDATE_MASK, CANDIDATE_SUCCESS
 from model_zoo.labels import check_binary
 

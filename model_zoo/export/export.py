@@ -27,7 +27,7 @@ from graspe_data.errors import ZooError
 from graspe_data.manifest import Settings
 from graspe_data.progress import Progress, Silent
 from graspe_data.sealed_folder import SEAL_FILE
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from graspe_data.whole_folder import replaced_folder
 from model_zoo.augmentation.reliability import taught_with
 from model_zoo.checkpoints import Checkpoint, load_checkpoint

@@ -15,7 +15,7 @@ from graspe_data.bundle_contract import BundleContract, GraphTensor
 from graspe_data.errors import ZooError
 from graspe_data.observation.trajectory import PredictedTrajectory
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.contract import Observation
 
 Kind = Literal["real", "drawn", "adverse"]

@@ -10,7 +10,7 @@ import torch
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 from model_zoo.contract import SuccessModel
 from model_zoo.labels import LABEL_COLUMNS
 

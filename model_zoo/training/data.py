@@ -12,7 +12,7 @@ from graspe_data.bundle_contract import Assumptions
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from model_zoo.augmentation.settings import settings_of_dataset
 from model_zoo.batches import BatchLoader
 from model_zoo.checkpoints.assumptions import read_assumptions

@@ -13,7 +13,7 @@ from safetensors.torch import load_file
 
 from graspe_data.errors import ZooError
 from graspe_data.folder_lock import hold_folder
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.checkpoints.config import WEIGHTS_FILE
 from model_zoo.contract import SuccessModel
 from model_zoo.registry import create_model, model_settings

@@ -13,7 +13,7 @@ from rich.table import Table
 from graspe_data.errors import ShardError
 from graspe_data.inspection.manifest_lines import unfilled
 from graspe_data.recordings.discovery import find_recordings
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from graspe_data.shards.verify import verify_dataset
 from pipelines.build import SPLITS, BuildResult, build_dataset
 from pipelines.dataset_settings import load_recipe, robot_manifest

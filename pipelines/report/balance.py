@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.observation.labels import LabelSource
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 from pipelines.report.row_blocks import row_blocks
 
 VALIDITY = ("image_valid", "points_valid", "odometry_valid")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graspe_data.shards.dataset_manifest import DatasetIndex
+from graspe_data.shards.dataset_index import DatasetIndex
 from pipelines.report.balance import SplitBalance
 from pipelines.report.row_blocks import row_blocks
 

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from graspe_data.atomic_file import write_atomically
 from graspe_data.documents import canonical_json
 from graspe_data.shards.dataset import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from pipelines.report.balance import Balance, SplitBalance, split_balance
 from pipelines.report.histograms import (
     histogram_svg,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.errors import ShardError
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, read_index
 from pipelines.report.row_blocks import row_blocks
 
 BESIDE_S = 1.0

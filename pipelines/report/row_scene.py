@@ -15,7 +15,7 @@ from graspe_data.manifest import validate
 from graspe_data.observation.catalogue import RELIABILITIES
 from graspe_data.observation.trajectory import constant_velocity_arc, trajectory_image
 from graspe_data.robot import Intrinsics
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry
 from pipelines.dataset_settings import DatasetRecipe
 
 SCENE_COLUMNS = (

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.columns import Column
-from graspe_data.shards.dataset_manifest import ShardFile
+from graspe_data.shards.dataset_index import ShardFile
 from graspe_data.shards.shard_writer import write_shard
 from graspe_data.shards.stored_columns import stored_dtype
 from pipelines.dataset_settings import Split

@@ -11,7 +11,7 @@ from graspe_data.calibration import calibration_of, declared_mounting, restored,
 from graspe_data.errors import ManifestError, PlannerError
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.robot import Intrinsics, Mounting, Robot, load_robot
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 
 AHEAD = Mounting(translation=(0.1, 0.2, 0.3))
 LENS = Intrinsics(width=64, height=48, fx=45.0, fy=45.0, cx=31.5, cy=23.5)

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from graspe_data.columns import Column
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.dataset_index import read_index, write_index
 from model_zoo.row_states import STEP_S, read_row_states, step_seconds
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, write_tiny_dataset
 

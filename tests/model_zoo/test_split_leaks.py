@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 from model_zoo.split_leaks import check_apart
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graspe_data.arrays import Mask
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 from model_zoo.validation_halves import Halves, halve_validation
 
 ROWS = 4

@@ -12,7 +12,7 @@ from graspe_data.errors import StageError
 from graspe_data.observation.labels import Annotation, Interval, annotation_path, write_annotation
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from graspe_data.shards.verify import verify_dataset
 from graspe_data.simulation.message_stream import START_NS
 from graspe_data.simulation.motion.drivers import Leg

@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
 from pipelines.command_line import app
 

@@ -11,7 +11,7 @@ import numpy as np
 from graspe_data.observation.intensity_map import GridSettings, LayerSettings
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import DatasetRecipe, SplitSettings, StorageSettings
 from pipelines.executors import Workers

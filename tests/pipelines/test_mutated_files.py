@@ -21,7 +21,7 @@ from graspe_data.observation.labels import (
 from graspe_data.observation.labels.verdicts import Interval
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from graspe_data.shards.verify import verify_dataset
 from graspe_data.simulation.motion.drivers import Leg
 from pipelines.build import build_dataset

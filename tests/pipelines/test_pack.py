@@ -19,7 +19,7 @@ from graspe_data.errors import ShardError
 from graspe_data.folder_lock import hold_folder
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.dataset_index import read_index, write_index
 from graspe_data.shards.verify import verify_dataset
 from pipelines.build import build_dataset
 from pipelines.command_line import app

@@ -7,7 +7,7 @@ from pathlib import Path
 from graspe_data.progress import Silent
 from graspe_data.recordings import RecordingWriter, open_recording, recording_digest
 from graspe_data.recordings.writing import Container
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 from graspe_data.simulation.motion.drivers import Leg
 from graspe_data.synchronisation.first_pass import read_tracks
 from pipelines.build import BuildResult, build_dataset

@@ -15,7 +15,7 @@ from graspe_data.arrays import Stamps
 from graspe_data.errors import ShardError, StageError, ZooError
 from graspe_data.progress import Silent
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from graspe_data.shards.verify import verify_dataset
 from graspe_data.simulation.motion.drivers import Leg
 from model_zoo.checkpoints.lineage import Lineage

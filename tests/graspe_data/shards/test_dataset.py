@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from graspe_data.errors import ShardError
 from graspe_data.shards import Dataset
 from graspe_data.shards.aligned_npz import NpzMap, map_npz, write_npz
-from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.dataset_index import read_index, write_index
 from graspe_data.shards.verify import verify_dataset
 
 Arrays = dict[str, NDArray[np.generic]]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from graspe_data.columns import Column
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
 from model_zoo.contract import Features, Observation, SuccessModel
 

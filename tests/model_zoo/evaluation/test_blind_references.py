@@ -12,7 +12,7 @@ import pytest
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.dataset_index import read_index, write_index
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import compare, evaluate, read_evaluation
 from model_zoo.evaluation.blind_features import ALWAYS, REFERENCES, SCAN, blind_features

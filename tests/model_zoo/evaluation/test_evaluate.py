@@ -10,7 +10,7 @@ import torch
 
 from graspe_data.errors import ShardError, ZooError
 from graspe_data.shards import Dataset
-from graspe_data.shards.dataset_manifest import read_index, write_index
+from graspe_data.shards.dataset_index import read_index, write_index
 from model_zoo import metrics
 from model_zoo.checkpoints import TemperatureScaling, load_checkpoint
 from model_zoo.checkpoints.lineage import Lineage

@@ -17,7 +17,7 @@ from torch.nn.modules.batchnorm import _BatchNorm
 from graspe_data.columns import Column
 from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.robot import Robot
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
 from graspe_data.shards.shard_writer import write_shard
 from model_zoo.checkpoints import TemperatureScaling, TrainedModel, write_checkpoint
 from model_zoo.checkpoints.assumptions import read_assumptions

@@ -25,7 +25,7 @@ from graspe_data.bundle_contract import (
 )
 from graspe_data.errors import ZooError
 from graspe_data.sealed_folder import SEAL_FILE, Seal
-from graspe_data.shards.dataset_manifest import read_index
+from graspe_data.shards.dataset_index import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
 from model_zoo.contract import Features, Observation, SuccessModel
 from model_zoo.export import export_bundle

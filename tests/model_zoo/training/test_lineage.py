@@ -13,7 +13,7 @@ import pytest
 
 from graspe_data.errors import ZooError
 from graspe_data.observation.settings import ObservationSettings
-from graspe_data.shards.dataset_manifest import DatasetIndex, RecordingEntry, read_index
+from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, read_index
 from model_zoo.checkpoints.lineage import Lineage, check_observed_alike
 from model_zoo.checkpoints.load import read_description
 from model_zoo.metrics import au_roc

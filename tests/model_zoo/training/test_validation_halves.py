@@ -12,7 +12,7 @@ import pytest
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_manifest import DatasetIndex, read_index, write_index
+from graspe_data.shards.dataset_index import DatasetIndex, read_index, write_index
 from model_zoo.checkpoints.calibration import TemperatureScaling, fit_temperature
 from model_zoo.metrics import au_roc
 from model_zoo.training.validation import Predictions

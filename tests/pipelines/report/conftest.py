@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from graspe_data.robot import Footprint, Limits, Robot, Topics
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     DatasetIndex,
     RecordingEntry,
     write_index,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from graspe_data.columns import Column
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     read_index,
 )
 from pipelines.report import balance, histograms

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graspe_data.shards.dataset_manifest import RecordingEntry
+from graspe_data.shards.dataset_index import RecordingEntry
 from tests.pipelines.report.conftest import notices_of, stored_rows
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from graspe_data.errors import ShardError
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     read_index,
 )
 from pipelines.report import write_report

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from graspe_data.errors import ShardError
-from graspe_data.shards.dataset_manifest import RecordingEntry, read_index, write_index
+from graspe_data.shards.dataset_index import RecordingEntry, read_index, write_index
 from pipelines.command_line import app
 from pipelines.report import find_row
 from tests.pipelines.report.conftest import HOSTILE, write_dataset

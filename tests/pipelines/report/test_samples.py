@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     DatasetIndex,
     RecordingEntry,
     write_index,

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from graspe_data.errors import ShardError
-from graspe_data.shards.dataset_manifest import (
+from graspe_data.shards.dataset_index import (
     DatasetIndex,
     RecordingEntry,
     read_index,

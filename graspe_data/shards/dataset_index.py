@@ -18,9 +18,9 @@ from graspe_data.errors import ShardError
 from graspe_data.links import check_link
 from graspe_data.manifest import Settings, validate
 
-MANIFEST_NAME = "dataset.json"
+INDEX_FILE = "dataset.json"
 
-_LARGEST_MANIFEST = 256 << 20
+_LARGEST_INDEX = 256 << 20
 _NUMBERS = {"bool", "float16", "float32", "float64"} | {
     f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)
 }
@@ -89,7 +89,7 @@ class RecordingEntry(Settings):
             ManifestError: ``details`` keeps no calibration there.
         """
         kept = {name: self.details.get(name) for name in RecordedCalibration.model_fields}
-        return validate(kept, RecordedCalibration, f"{self.name}: calibration in {MANIFEST_NAME}")
+        return validate(kept, RecordedCalibration, f"{self.name}: calibration in {INDEX_FILE}")
 
     @property
     def blocks_ns(self) -> list[tuple[int, int]]:
@@ -238,7 +238,7 @@ def write_index(folder: Path, index: DatasetIndex) -> DatasetIndex:
     named = index.model_copy(update={"dataset_digest": index.content_digest()})
     committed = named.model_copy(update={"document_digest": named.whole_digest()})
     text = _text(committed.model_dump(mode="json")) + "\n"
-    write_atomically(folder / MANIFEST_NAME, [text.encode("utf-8")], ShardError)
+    write_atomically(folder / INDEX_FILE, [text.encode("utf-8")], ShardError)
     return committed
 
 
@@ -249,11 +249,13 @@ def read_index(folder: Path) -> DatasetIndex:
         ShardError: It is missing, a link that is not followed, not JSON, not valid (each fault with
             its key), or was edited so that its digest no longer fits.
     """
-    path = folder / MANIFEST_NAME
+    path = folder / INDEX_FILE
     check_link(path, folder, ShardError)
     try:
-        if path.stat().st_size > _LARGEST_MANIFEST:
-            raise ShardError(f"{path}: larger than {_LARGEST_MANIFEST} bytes, so no manifest.")
+        if path.stat().st_size > _LARGEST_INDEX:
+            raise ShardError(
+                f"{path}: larger than {_LARGEST_INDEX} bytes, so no index of a dataset."
+            )
         content = path.read_bytes()
     except FileNotFoundError as error:
         raise ShardError(
@@ -292,6 +294,4 @@ def _text(content: Mapping[str, Any], indent: int | None = 2) -> str:
     try:
         return canonical_json(content, indent=indent)
     except ValueError as error:
-        raise ShardError(
-            f"{MANIFEST_NAME}: {error}; store null where there is no number."
-        ) from error
+        raise ShardError(f"{INDEX_FILE}: {error}; store null where there is no number.") from error
