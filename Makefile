@@ -15,6 +15,7 @@ export PIP_CONSTRAINT := $(CURDIR)/requirements.txt
 export PIP_BUILD_CONSTRAINT := $(CURDIR)/requirements.txt
 
 .PHONY: help setup system demo test test-fast docs lint format bench soak dataset field zoo export clean
+.PHONY: study study-field study-train study-confirm study-trials study-tables
 
 help:
 	@echo "make demo                          raw bags to a dataset and a report, on drives it simulates"
@@ -22,6 +23,7 @@ help:
 	@echo "make dataset BAGS=... OUT=...      your own bags (MANIFEST=$(MANIFEST), WORKERS=$(WORKERS))"
 	@echo "make field                         the simulated recordings that the zoo is trained on (FIELD=$(FIELD), DRIVES=$(DRIVES) a world)"
 	@echo "make zoo DATA=... OUT=...         every model under one budget (RECIPE=$(RECIPE), PRESET=$(PRESET), SEEDS=$(SEEDS))"
+	@echo "make study                         the examination: worlds, trainings, trials, tables (STUDY=$(STUDY))"
 	@echo "make export CHECKPOINT=... OUT=... a bundle for planners (DATA=dataset tries it on real rows)"
 	@echo "make test-fast | docs              the quick half of the suite; the site"
 	@echo "make lint | bench | soak           style and types | figures | the long counts"
@@ -85,7 +87,7 @@ TEST_DRIVES ?= 16
 DRIVE_S ?= 60
 SENSOR_RATE ?= 1
 SIMULATE = $(BIN)/graspe simulate $(1) --recordings $(2) --seed $(3) --duration $(DRIVE_S) --sensor-rate $(SENSOR_RATE) --format mcap \
-  --out $(FIELD)/recordings --workers $(WORKERS)
+  --out $(or $(4),$(FIELD))/recordings --workers $(WORKERS)
 
 field: setup
 	$(foreach name,$(TESTS),$(call SIMULATE,$(name),$(TEST_DRIVES),0) && ) true
@@ -102,6 +104,49 @@ EVERY ?= 1
 zoo: setup
 	@test -n "$(DATA)" -a -n "$(OUT)" || { echo "usage: make zoo DATA=dataset OUT=folder [RECIPE=$(RECIPE) PRESET=$(PRESET) SEEDS=$(SEEDS) EVERY=$(EVERY)]"; exit 2; }
 	$(BIN)/graspe zoo run --data $(DATA) --out $(OUT) --recipe $(RECIPE) --preset $(PRESET) --seeds $(SEEDS) --every $(EVERY)
+
+# The examination, from nothing; run again, each part goes on where it stopped. What is asked, and what
+# counts, is in manifests/examinations/study.yaml. Its test worlds have seeds that nothing else uses.
+STUDY ?= study
+STUDY_DRIVES ?= 40
+STUDY_VALIDATION ?= 10
+STUDY_TESTS ?= 20
+STUDY_SEED ?= 2000
+STUDY_SEEDS ?= 10
+STUDY_TRIALS ?= 20
+DECIDES := camera_decides lidar_decides either_decides each_is_fooled
+FAILING := lens_covered glare lidar_sector_lost dust
+DRIVEN := graspe graspe_gated graspe_no_reliability
+STUDY_ZOO = $(BIN)/graspe zoo run --data $(STUDY)/dataset --condition all --every 2
+study: study-field study-train study-confirm study-trials study-tables
+
+study-field: setup
+	$(foreach name,$(TESTS),$(call SIMULATE,$(name),$(STUDY_TESTS),$(STUDY_SEED),$(STUDY)) && ) true
+	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),$(STUDY_DRIVES),0,$(STUDY)) && ) true
+	$(foreach name,$(TRAINING),$(call SIMULATE,$(name),$(STUDY_VALIDATION),900,$(STUDY)) && ) true
+	$(BIN)/graspe dataset build field --recordings $(STUDY)/recordings --out $(STUDY)/dataset --workers $(WORKERS)
+
+study-train: setup
+	$(STUDY_ZOO) --preset study --recipe study --seeds $(STUDY_SEEDS) --out $(STUDY)/runs
+	$(foreach of,shuffled known,$(STUDY_ZOO) --preset study --recipe study_$(of)_reliability --seeds $(STUDY_SEEDS) \
+	  --model graspe --model graspe_gated --out $(STUDY)/$(of) && ) true
+
+study-confirm: setup
+	$(STUDY_ZOO) --preset small --recipe field --seeds 3 --out $(STUDY)/small
+
+study-trials: setup
+	$(foreach name,$(DRIVEN),$(BIN)/graspe export $(STUDY)/runs/$(name)-study-0/checkpoint --dataset $(STUDY)/dataset \
+	  --out $(STUDY)/bundles/$(name) && ) true
+	$(foreach name,$(DECIDES),$(call TRIALS,$(name)) && $(foreach of,$(FAILING),$(call TRIALS,$(name)) --condition $(of) && )) true
+	$(BIN)/graspe navigate table $(STUDY)/trials
+
+study-tables: setup
+	$(BIN)/graspe zoo examine $$(ls $(STUDY)/runs/*/evaluation-*.json $(STUDY)/shuffled/*/evaluation-*.json $(STUDY)/known/*/evaluation-*.json) \
+	  --examination study --out $(STUDY)/examination
+	$(BIN)/graspe zoo examine $$(ls $(STUDY)/small/*/evaluation-*.json) --examination study --out $(STUDY)/examination-small
+
+TRIALS = $(BIN)/graspe navigate run $(1) --method dwa_fox --method $(STUDY)/bundles --trials $(STUDY_TRIALS) --seed $(STUDY_SEED) \
+  --workers $(WORKERS) --out $(STUDY)/trials
 
 # A checkpoint as ONNX graphs with their contract, compared with torch before anything is written.
 export: setup

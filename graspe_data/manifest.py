@@ -17,7 +17,7 @@ MAXIMUM_BYTES = 4 << 20
 NOT_YAML = (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError)
 """What the loader raises on a text that is not YAML."""
 
-Kind = Literal["robots", "datasets", "models", "recipes", "scenarios", "conditions"]
+Kind = Literal["robots", "datasets", "models", "recipes", "scenarios", "conditions", "examinations"]
 
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -10,7 +10,8 @@ import numpy as np
 from torch import Tensor
 
 from graspe_data.errors import ZooError
-from model_zoo.augmentation.failing_rows import RowFailure, fail_rows
+from graspe_data.observation.catalogue import PER_POINT
+from model_zoo.augmentation.failing_rows import OF_IMAGE, OF_POINTS, RowFailure, fail_rows
 from model_zoo.augmentation.lidar_failure import LidarFailure
 from model_zoo.augmentation.picture_failure import PictureFailure
 from model_zoo.augmentation.reliability import give_reliabilities
@@ -28,6 +29,8 @@ Condition = Literal[
     "thinned",
     "dust",
     "near_leaves",
+    "strange_camera",
+    "strange_lidar",
 ]
 CONDITIONS: tuple[Condition, ...] = (
     "clean",
@@ -49,7 +52,14 @@ FAILING_SENSOR: Mapping[Condition, Literal["camera", "lidar"]] = {
     "thinned": "lidar",
     "dust": "lidar",
     "near_leaves": "lidar",
+    "strange_camera": "camera",
+    "strange_lidar": "lidar",
 }
+_OF_SENSOR: Mapping[Condition, tuple[str, ...]] = {
+    "strange_camera": ("image", *OF_IMAGE),
+    "strange_lidar": (*PER_POINT, "point_count", "laser_scan", *OF_POINTS),
+}
+"""What comes from another scene."""
 
 _STRENGTHS: Mapping[Condition, PictureFailure | LidarFailure] = {
     # As dark as pictures at some lux with the exposure at its limit: r_bright about 0.07.
@@ -99,9 +109,12 @@ def apply_condition(
     ``covered`` hides nine tenths of the lens, ``half_covered`` half; ``droplets`` lie on six tenths
     of it; ``glare`` is the sun in it. ``lidar_sector_lost`` loses a right angle of points and scan,
     ``thinned`` seven tenths of the returns here and there; ``dust`` is puffs that return beams, and
-    ``near_leaves`` hide six tenths of what is ahead. Direction, shape and place are drawn for each
-    row from its ``stamp_ns``, so that they do not depend on batches, or from its place in this call
-    where that column is not there. Reliabilities follow as in training, see ``augment``.
+    ``near_leaves`` hide six tenths of what is ahead. ``strange_camera`` and ``strange_lidar`` take
+    all that a sensor says from the row half a batch further: another scene.
+
+    Direction, shape and place are drawn for each row from its ``stamp_ns``, so that they do not
+    depend on batches, or from its place in this call where that column is not there. Reliabilities
+    follow as in training, see ``augment``.
 
     Args:
         batch: Columns of B rows as they lie in a dataset, on the CPU; not changed.
@@ -115,12 +128,27 @@ def apply_condition(
     if condition not in KNOWN_CONDITIONS:
         raise ZooError(f"no condition {condition!r}: known are {', '.join(KNOWN_CONDITIONS)}.")
     settings = settings or AugmentationSettings()
+    if condition in _OF_SENSOR:
+        return _strange(batch, condition, settings)
     width = batch["image"].shape[2] if "image" in batch else 0
     keys = [(seed, name, KNOWN_CONDITIONS.index(condition)) for name in _names(batch)]
     failures = [_failure(condition, key, width, settings.laser_scan.half_angle) for key in keys]
     failed = fail_rows(batch, failures, settings)
     key = [seed, KNOWN_CONDITIONS.index(condition), *keys[0]] if keys else [seed]
     return give_reliabilities(failed, settings.reliability, failures, key)
+
+
+def _strange(
+    batch: dict[str, Tensor], condition: Condition, settings: AugmentationSettings
+) -> dict[str, Tensor]:
+    """The batch with one sensor's columns of other rows; of a single row there is no other."""
+    names = [name for name in _OF_SENSOR[condition] if name in batch]
+    rows = len(next(iter(batch.values()), ()))
+    others = batch | {name: batch[name].roll(rows // 2, 0) for name in names}
+    blind = RowFailure((0, 0, 0), PictureFailure(covered=1.0))
+    deaf = RowFailure((0, 0, 0), lidar=LidarFailure(sector_width=1.0))
+    failures = [blind if FAILING_SENSOR[condition] == "camera" else deaf] * rows
+    return give_reliabilities(others, settings.reliability, failures, [0])
 
 
 def _names(batch: dict[str, Tensor]) -> list[int]:

@@ -55,10 +55,10 @@ def render_markdown(models: Sequence[Contestant], plots: Sequence[str]) -> str:
 def _scenarios(models: Sequence[Contestant]) -> str:
     columns = all_and_each(models[0].runs[0])
     condition = models[0].runs[0].conditions[0]
-    return score_grid(_entrants(models), columns, lambda m, column: m.au_roc(column, condition))
+    return score_grid(entrants_of(models), columns, lambda m, column: m.au_roc(column, condition))
 
 
-def _entrants(models: Sequence[Contestant]) -> list[Entrant]:
+def entrants_of(models: Sequence[Contestant]) -> list[Entrant]:
     """The blind references, then the models."""
     return [*blind_entrants(models[0].runs[0].references), *models]
 
@@ -81,7 +81,7 @@ def _lead(lead: Lead | None) -> str:
 
 def _parts(models: Sequence[Contestant]) -> str:
     """The parts in which someone has an AU-ROC; rows that are failing have one class."""
-    first, entrants = models[0].runs[0], _entrants(models)
+    first, entrants = models[0].runs[0], entrants_of(models)
     condition = first.conditions[0]
 
     def score(entrant: Entrant, part: str) -> Score:
@@ -107,7 +107,9 @@ def _undefined(evaluation: Evaluation) -> str:
 
 def _conditions(models: Sequence[Contestant]) -> str:
     columns = models[0].runs[0].conditions
-    return score_grid(_entrants(models), columns, lambda m, column: m.au_roc(ALL_SCENARIOS, column))
+    return score_grid(
+        entrants_of(models), columns, lambda m, column: m.au_roc(ALL_SCENARIOS, column)
+    )
 
 
 def _differences(models: Sequence[Contestant]) -> str:

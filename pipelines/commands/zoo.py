@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -207,6 +208,26 @@ def compare_command(
         from model_zoo.evaluation.compare import compare  # noqa: PLC0415
         from model_zoo.evaluation.evaluation import read_evaluation  # noqa: PLC0415
     typer.echo(compare([read_evaluation(path) for path in evaluations], out))
+
+
+@app.command("examine")
+def examine_command(
+    evaluations: Annotated[list[Path], typer.Argument(help="Files of `graspe zoo evaluate`.")],
+    examination: Annotated[
+        str, typer.Option(help="What is asked, and what counts: a path or a shipped name.")
+    ] = "study",
+    out: Annotated[Path, typer.Option(help="Folder of examination.md.")] = Path("examination"),
+) -> None:
+    """Hold evaluations against questions and margins that were written down before."""
+    with needing_torch():
+        from model_zoo.evaluation.evaluation import read_evaluation  # noqa: PLC0415
+        from model_zoo.evaluation.examination import load_examination  # noqa: PLC0415
+        from model_zoo.evaluation.examination_markdown import write_examination  # noqa: PLC0415
+    asked = load_examination(examination)
+    file, answers = write_examination([read_evaluation(path) for path in evaluations], asked, out)
+    counted = Counter(answer.verdict for answer in answers)
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in sorted(counted.items()))
+    typer.echo(f"{file}: {verdicts}")
 
 
 @app.command("run")

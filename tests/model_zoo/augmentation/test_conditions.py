@@ -19,7 +19,8 @@ from model_zoo.augmentation import (
 
 Make = Callable[..., dict[str, Tensor]]
 
-FAILING = list(FAILING_SENSOR)
+STRANGE: tuple[Condition, ...] = ("strange_camera", "strange_lidar")
+FAILING = [name for name in FAILING_SENSOR if name not in STRANGE]
 OF_CAMERA = [name for name in FAILING if FAILING_SENSOR[name] == "camera"]
 OF_LIDAR = [name for name in FAILING if FAILING_SENSOR[name] == "lidar"]
 
@@ -30,7 +31,7 @@ def same(one: Tensor, other: Tensor) -> bool:
 
 def test_the_conditions() -> None:
     assert CONDITIONS == ("clean", "dark", "blurred", "covered", "lidar_sector_lost")
-    assert {"clean", *FAILING} == {*KNOWN_CONDITIONS}
+    assert {"clean", *FAILING, *STRANGE} == {*KNOWN_CONDITIONS}
     assert chosen_conditions() == CONDITIONS
     assert chosen_conditions(["all"]) == KNOWN_CONDITIONS
     assert chosen_conditions(["glare", "clean"]) == ("glare", "clean")
@@ -126,3 +127,17 @@ def test_without_a_stamp_the_place_in_the_call_counts(
 def test_an_unknown_condition_is_refused(make_batch: Make) -> None:
     with pytest.raises(ZooError, match="dark"):
         apply_condition(make_batch(), cast("Condition", "foggy"), 0)
+
+
+def test_a_strange_sensor_says_what_it_says_of_another_row(make_batch: Make) -> None:
+    batch = make_batch(6)
+    camera, lidar = (apply_condition(batch, name, 0) for name in STRANGE)
+    for name in batch:
+        of_camera = name in ("image", "r_bright", "r_corners", "r_img")
+        of_lidar = name in ("points", "intensity", "smoothness", "point_count", "laser_scan")
+        of_lidar |= name in ("r_edge", "r_planar", "r_point")
+        for found, changed in ((camera, of_camera), (lidar, of_lidar)):
+            other = batch[name].roll(3, 0)
+            assert same(found[name], other if changed else batch[name])
+    alone = make_batch(1)
+    assert all(same(apply_condition(alone, "strange_lidar", 0)[n], alone[n]) for n in alone)
