@@ -56,20 +56,9 @@ def bundle_contract(
         horizon=config.horizon,
         step_s=assumptions.observation.horizon_step_s,
         encode_inputs=tuple(inputs[name] for name in model.scene_columns),
-        features=tuple(
-            GraphTensor(
-                name=name, dtype="float32", shape=shape, meaning="of encode, unchanged to score"
-            )
-            for name, shape in features.items()
-        ),
+        features=_features(features),
         score_inputs=tuple(inputs[name] for name in model.candidate_columns),
-        output=GraphTensor(
-            name=OUTPUT,
-            dtype="float32",
-            shape=("K" if several else 1, config.horizon),
-            unit="1",
-            meaning="calibrated probability of success at each step, 1 = success",
-        ),
+        output=_output("K" if several else 1, config.horizon),
         uses_candidates=several,
         temperature=temperature(checkpoint),
         decision=Decision(
@@ -81,6 +70,25 @@ def bundle_contract(
         checkpoint_digest=checkpoint.digest,
         parity=tolerance,
         opset=OPSET,
+    )
+
+
+def _features(shapes: Mapping[str, tuple[int, ...]]) -> tuple[GraphTensor, ...]:
+    """What goes from one graph to the other."""
+    meaning = "of encode, unchanged to score"
+    return tuple(
+        GraphTensor(name=name, dtype="float32", shape=shape, meaning=meaning)
+        for name, shape in shapes.items()
+    )
+
+
+def _output(candidates: int | Literal["K"], horizon: int) -> GraphTensor:
+    return GraphTensor(
+        name=OUTPUT,
+        dtype="float32",
+        shape=(candidates, horizon),
+        unit="1",
+        meaning="calibrated probability of success at each step, 1 = success",
     )
 
 

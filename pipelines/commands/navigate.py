@@ -21,6 +21,7 @@ from pipelines.executors import Workers, one_thread
 from pipelines.progress import ConsoleProgress
 
 if TYPE_CHECKING:
+    from pipelines.trials.config import Conditions, TrialConfig
     from pipelines.trials.results import TrialGroup
     from pipelines.trials.trial import Trial
 
@@ -70,33 +71,42 @@ def run_command(
     with _needing_simulation():
         from pipelines.trials import config as settings  # noqa: PLC0415
         from pipelines.trials import run_trials as running  # noqa: PLC0415
-        from pipelines.trials.condition import load_condition, under  # noqa: PLC0415
         from pipelines.trials.methods import parse_methods  # noqa: PLC0415
-        from pipelines.trials.run_trial import trial_scenario  # noqa: PLC0415
         from pipelines.trials.seeds import fair_seeds  # noqa: PLC0415
-    settings_of_trials = (
+    trial_config = (
         settings.TrialConfig() if config is None else load_manifest(config, settings.TrialConfig)
     )
-    base, robot = load_scenario(scenario)
-    prepared = trial_scenario(base, settings_of_trials.trial, goal)
-    ailing = load_condition(condition) if condition else None
-    conditions = settings.Conditions(
-        scenario=under(prepared, ailing) if ailing else prepared,
-        robot=robot,
-        trial=settings_of_trials.trial,
-        condition=ailing.name if ailing else "",
-    )
+    conditions = _conditions(scenario, trial_config, goal, condition)
     tasks = [
-        running.TrialTask(conditions, each, method, settings_of_trials, record, threads)
+        running.TrialTask(conditions, each, method, trial_config, record, threads)
         for each in fair_seeds(conditions, seed, trials)
         for method in parse_methods(methods)
     ]
     with ConsoleProgress(Console(stderr=True)) as progress:
-        done = running.run_trials(tasks, out, Workers(workers), progress)
+        finished = running.run_trials(tasks, out, Workers(workers), progress)
     if as_json:
-        typer.echo(json.dumps([trial.model_dump(mode="json") for trial in done], indent=1))
+        typer.echo(json.dumps([trial.model_dump(mode="json") for trial in finished], indent=1))
     else:
-        _print(done)
+        _print(finished)
+
+
+def _conditions(
+    scenario: str, config: TrialConfig, goal: tuple[float, float] | None, condition: str | None
+) -> Conditions:
+    """What all methods drive under."""
+    from pipelines.trials.condition import load_condition, under  # noqa: PLC0415
+    from pipelines.trials.config import Conditions  # noqa: PLC0415
+    from pipelines.trials.run_trial import trial_scenario  # noqa: PLC0415
+
+    base, robot = load_scenario(scenario)
+    prepared = trial_scenario(base, config.trial, goal)
+    ailing = load_condition(condition) if condition else None
+    return Conditions(
+        scenario=under(prepared, ailing) if ailing else prepared,
+        robot=robot,
+        trial=config.trial,
+        condition=ailing.name if ailing else "",
+    )
 
 
 @app.command("table")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -51,40 +52,37 @@ def list_command(
     with needing_torch():
         from model_zoo.evaluation.parts import TITLES  # noqa: PLC0415
         from model_zoo.evaluation.zoo_index import shipped_index  # noqa: PLC0415
-        from model_zoo.registry import create_model, list_models  # noqa: PLC0415
+        from model_zoo.registry import list_models  # noqa: PLC0415
     index = shipped_index()
-    models = {
-        name: {preset: create_model(name, preset) for preset in presets}
-        for name, presets in list_models().items()
-    }
-    sizes = {
-        name: {
-            preset: sum(p.numel() for p in model.parameters()) for preset, model in presets.items()
-        }
-        for name, presets in models.items()
-    }
-    columns = {
-        name: list(next(iter(by_preset.values())).columns) for name, by_preset in models.items()
-    }
+    models = {name: _listed(index, name, presets) for name, presets in list_models().items()}
     if as_json:
-        listing = {
-            name: {
-                "parameters": sizes[name],
-                "au_roc": _scores(index, name, sizes[name]),
-                "columns": columns[name],
-            }
-            for name in sizes
-        }
-        typer.echo(json.dumps(listing, indent=2))
+        typer.echo(json.dumps({name: asdict(model) for name, model in models.items()}, indent=2))
         return
     table = Table("model", "parameters", f"AU-ROC, {TITLES[index.rows]}", "columns")
-    for name, presets in sizes.items():
-        counts = "\n".join(f"{preset}: {count:,}" for preset, count in presets.items())
-        scores = [
-            f"{score:.3f}" if score else "-" for score in _scores(index, name, presets).values()
-        ]
-        table.add_row(name, counts, "\n".join(scores), ", ".join(columns[name]))
+    for name, model in models.items():
+        counts = "\n".join(f"{preset}: {count:,}" for preset, count in model.parameters.items())
+        scores = "\n".join(f"{score:.3f}" if score else "-" for score in model.au_roc.values())
+        table.add_row(name, counts, scores, ", ".join(model.columns))
     Console().print(table)
+
+
+@dataclass(frozen=True)
+class ListedModel:
+    """A model of the zoo: weights and AU-ROC by preset, and the columns that it reads."""
+
+    parameters: dict[str, int]
+    au_roc: dict[str, float | None]
+    columns: list[str]
+
+
+def _listed(index: ZooIndex, name: str, presets: Sequence[str]) -> ListedModel:
+    from model_zoo.registry import create_model  # noqa: PLC0415
+
+    models = {preset: create_model(name, preset) for preset in presets}
+    sizes = {preset: sum(p.numel() for p in m.parameters()) for preset, m in models.items()}
+    return ListedModel(
+        sizes, _scores(index, name, sizes), list(next(iter(models.values())).columns)
+    )
 
 
 @app.command("train")

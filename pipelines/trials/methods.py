@@ -21,7 +21,7 @@ from pipelines.trials.map_watch import MapWatch
 from pipelines.trials.settings import TrialSettings
 from pipelines.trials.situations import Senses
 from pipelines.trials.witness import TruthfulScorer, Witness
-from planners.bundle import load_bundle
+from planners.bundle import Bundle, load_bundle
 from planners.dwa_fox import DwaFox
 from planners.dwa_lab import DwaLab
 from planners.dwa_map import DwaMap
@@ -148,29 +148,40 @@ def make_planner(
     Raises:
         PlannerError: The bundle is damaged, or was made for another robot.
     """
+    if method.bundle is not None:
+        planner = _by_bundle(load_bundle(method.bundle, threads), field, config, witness)
+    elif method.has_map:
+        source = watch or map_source(method.name, field, config.maps)
+        planner = DwaMap(field.robot, source, config.maps.drive)
+    else:
+        planner = _by_scan(method.name, field, config)
+    return Guarded(planner, field.robot.limits, _guard(method, field, config.trial))
+
+
+def _by_bundle(
+    bundle: Bundle, field: Field, config: TrialConfig, witness: Witness | None
+) -> Planner:
     robot, camera, lidar = field.robot, field.camera, field.lidar
     mountings = camera.base_from_camera, lidar.base_from_lidar
     frames = robot.camera.frame, robot.lidar.frame
     calibration = Calibration(camera.intrinsics, *mountings, *frames)
-    guard = _guard(method, field, config.trial)
-    if method.bundle is not None:
-        bundle = load_bundle(method.bundle, threads)
-        scorer = (
-            TruthfulScorer(bundle, calibration, witness) if witness else Scorer(bundle, calibration)
-        )
-        return Guarded(GraspePlanner(robot, scorer, config.graspe), robot.limits, guard)
-    if method.has_map:
-        source = watch or map_source(method.name, field, config.maps)
-        return Guarded(DwaMap(robot, source, config.maps.drive), robot.limits, guard)
+    scorer = (
+        TruthfulScorer(bundle, calibration, witness) if witness else Scorer(bundle, calibration)
+    )
+    return GraspePlanner(robot, scorer, config.graspe)
+
+
+def _by_scan(name: str, field: Field, config: TrialConfig) -> Planner:
+    robot = field.robot
     obstacles = ScanObstacles(
-        calibration.base_from_lidar,
+        field.lidar.base_from_lidar,
         robot.base_height,
         robot.lidar.minimum_range,
         clouds=LidarClouds.of(robot),
     )
-    if method.name == FOX:
-        return Guarded(DwaFox(robot, obstacles, config.dwa_fox), robot.limits, guard)
-    return Guarded(DwaLab(robot, obstacles, config.dwa_lab), robot.limits, guard)
+    if name == FOX:
+        return DwaFox(robot, obstacles, config.dwa_fox)
+    return DwaLab(robot, obstacles, config.dwa_lab)
 
 
 def _guard(method: Method, field: Field, settings: TrialSettings) -> GuardSettings:
