@@ -10,8 +10,10 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from model_zoo.augmentation import Condition
+from model_zoo.evaluation.blind_rows import blind_columns
 from model_zoo.labels import LABEL_COLUMNS
 from model_zoo.registry import create_model
+from model_zoo.split_leaks import check_apart
 from model_zoo.training.checks import VALIDATION, check_declared, check_forward
 
 Named = tuple[str, str]
@@ -26,11 +28,14 @@ def check_data(dataset: Path, split: str, models: Sequence[Named]) -> None:
         models: Names and presets.
 
     Raises:
-        ZooError: A model, the splits for training, or the one for evaluation do not fit.
+        ZooError: A model, the splits for training, or the one for evaluation do not fit, what is
+            evaluated is not apart from what teaches, or there is nothing for blind references.
         ShardError: It is no dataset, or the split has no labels.
     """
     index = read_index(dataset)
     _check_split(index, split, dataset)
+    check_apart(index.recordings, index.recordings, split, dataset)
+    blind_columns(index, dataset)
     Dataset(dataset, split, LABEL_COLUMNS)
     for name, preset in dict.fromkeys(models):
         model = create_model(name, preset)

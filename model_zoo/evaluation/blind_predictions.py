@@ -81,7 +81,8 @@ def predict_blind(
     said = {
         "version": VERSION,
         "packages": [version(name) for name in ("scikit-learn", "numpy")],
-        "taught_on": index.dataset_digest,
+        # With the recordings' names, by which the validation is halved.
+        "taught_on": index.document_digest,
         "dataset": split.dataset.digest,
         "split": split.name,
         "rows": hashlib.sha256(split.rows.tobytes()).hexdigest(),

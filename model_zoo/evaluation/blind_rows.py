@@ -69,7 +69,7 @@ def read_blind_rows(folder: Path, split: str, rows: Indices) -> BlindRows:
         ShardError: No such dataset or split, or a column is damaged.
     """
     index = read_index(folder)
-    names = _names(index, folder)
+    names = blind_columns(index, folder)
     batch = Dataset(folder, split, (*names, *_LABELS), check="sha256").batch(rows)
     return BlindRows(
         {name: batch[name] for name in names},
@@ -82,11 +82,16 @@ def read_blind_rows(folder: Path, split: str, rows: Indices) -> BlindRows:
 _LABELS = ("success", "success_mask")
 
 
-def _names(index: DatasetIndex, folder: Path) -> tuple[str, ...]:
+def blind_columns(index: DatasetIndex, where: Path) -> tuple[str, ...]:
+    """The columns that references read: the velocity history, and the scan where there is one.
+
+    Raises:
+        ZooError: The dataset has no velocity history.
+    """
     declared = {column.name for column in index.columns}
     if VELOCITY_HISTORY not in declared:
         raise ZooError(
-            f"{folder}: no column {VELOCITY_HISTORY}, which the blind references read, and no "
+            f"{where}: no column {VELOCITY_HISTORY}, which the blind references read, and no "
             f"score is shown without them. Build the dataset with `graspe dataset build`."
         )
     return tuple(name for name in (VELOCITY_HISTORY, LASER_SCAN) if name in declared)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,12 @@ from typer.testing import CliRunner, Result
 
 from graspe_data.columns import Column
 from graspe_data.errors import ZooError
-from graspe_data.shards.dataset_index import DatasetIndex, RecordingEntry, write_index
+from graspe_data.shards.dataset_index import (
+    DatasetIndex,
+    RecordingEntry,
+    read_index,
+    write_index,
+)
 from graspe_data.shards.shard_writer import write_shard
 from pipelines.command_line import app
 
@@ -169,6 +175,25 @@ def test_a_run_checks_all_before_the_first_step(
     said = zoo("run", "--data", dataset, "--out", out, "--recipe", recipe, *words)
     assert isinstance(said.exception, ZooError)
     assert re.search(message, str(said.exception))
+    assert not out.exists()
+
+
+def test_a_run_whose_test_drive_taught_is_refused_before_the_first_step(
+    dataset: Path, recipe: Path, tmp_path: Path
+) -> None:
+    leaking, out = tmp_path / "leaking", tmp_path / "runs"
+    shutil.copytree(dataset, leaking)
+    index = read_index(leaking)
+    worlds = {"train": "garden, seed 3", "validation": "garden, seed 4", "test": "garden, seed 3"}
+    entries = [
+        entry.model_copy(update={"details": {"world": worlds[entry.name]}})
+        for entry in index.recordings
+    ]
+    write_index(leaking, index.model_copy(update={"recordings": entries}))
+    said = zoo("run", "--data", leaking, "--out", out, "--recipe", recipe, "--model", "paad")
+    assert isinstance(said.exception, ZooError)
+    assert "test of the split 'test' and train of the split 'train'" in str(said.exception)
+    assert "have the same world" in str(said.exception)
     assert not out.exists()
 
 
