@@ -64,8 +64,8 @@ def read_lined_yaml(path: Path) -> LinedYaml:
 
 def _not_yaml(error: Exception) -> LinedFault:
     mark = getattr(error, "problem_mark", None)
-    said = getattr(error, "problem", None) or str(error) or type(error).__name__
-    return LinedFault(0 if mark is None else mark.line + 1, f"not valid YAML: {said}.")
+    problem = getattr(error, "problem", None) or str(error) or type(error).__name__
+    return LinedFault(0 if mark is None else mark.line + 1, f"not valid YAML: {problem}.")
 
 
 def _walk(node: yaml.Node, key: Key, lines: dict[Key, int]) -> Iterator[LinedFault]:

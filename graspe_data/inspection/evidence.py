@@ -93,26 +93,26 @@ def gather_evidence(
     if not all(choice.topics.get(role) in recording.topics for role in needed):
         others = tuple(other_motion(recording, survey, None))
         return Evidence(survey, choice, robot, nothing, others)
-    asked, told = robot or _first_draft(choice), list[Finding]()
+    assumed, findings = robot or _first_draft(choice), list[Finding]()
     try:
-        tracks = read_all_tracks(recording, asked, told)
+        tracks = read_all_tracks(recording, assumed, findings)
     except RecordingError as error:
-        return Evidence(survey, choice, asked, nothing, others, fault=str(error))
+        return Evidence(survey, choice, assumed, nothing, others, fault=str(error))
     transforms = plain_transforms(tracks)
     placeholders = frozenset[str]()
     if robot is None:
-        asked, placeholders = _second_draft(asked, tracks, transforms)
+        assumed, placeholders = _second_draft(assumed, tracks, transforms)
     return _asked(
         Evidence(
             survey,
             choice,
-            asked,
+            assumed,
             transforms,
             tracks=tracks,
-            findings=(*others, *told),
+            findings=(*others, *findings),
             placeholders=placeholders,
         ),
-        asked,
+        assumed,
         tracks,
         settings or SynchronisationSettings(),
     )
@@ -140,17 +140,17 @@ def _one_sample(odometry: MotionTrack) -> MovingEdge:
 def _asked(
     evidence: Evidence, robot: Robot, tracks: Tracks, settings: SynchronisationSettings
 ) -> Evidence:
-    told = list(evidence.findings)
+    findings = list(evidence.findings)
     changes: dict[str, object] = {}
     try:
-        planned = synchronise_tracks(tracks, robot, ClockSettings(), settings, told)
+        planned = synchronise_tracks(tracks, robot, ClockSettings(), settings, findings)
         changes = {"planned": planned}
         if not planned.plan.rows:
             short = synchronise_tracks(tracks, robot, ClockSettings(), SHORTEST, [])
             changes["shortest"] = short.plan.rows
     except RecordingError as error:
         changes = {"fault": str(error)}
-    return Evidence(**{**vars(evidence), "findings": tuple(told), **changes})
+    return Evidence(**{**vars(evidence), "findings": tuple(findings), **changes})
 
 
 def _first_draft(choice: TopicChoice) -> Robot:

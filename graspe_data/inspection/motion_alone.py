@@ -31,17 +31,17 @@ def other_motion(recording: Recording, survey: Survey, chosen: str | None) -> li
 
 
 def _motion_of(recording: Recording, topic: str) -> list[Finding]:
-    told: list[Finding] = []
+    findings: list[Finding] = []
     try:
         track = _track(recording, topic)
         robot = _anything(topic, track)
         stamps = track.stamps.header_ns
         times = track.stamps.bag_ns if stamps is None or not stamps.any() else stamps
         samples = cut_at_jumps(motion_samples(track, times), robot.limits)
-        build_odometry([samples], robot, None, told)
+        build_odometry([samples], robot, None, findings)
     except RecordingError as error:
-        told.append(Finding("motion_contradicts", "noted", topic, str(error)))
-    return [_named(finding, topic) for finding in told]
+        findings.append(Finding("motion_contradicts", "noted", topic, str(error)))
+    return [_named(finding, topic) for finding in findings]
 
 
 def _named(finding: Finding, topic: str) -> Finding:

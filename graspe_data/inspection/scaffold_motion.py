@@ -59,9 +59,11 @@ def frame_lines(evidence: Evidence) -> Lines:
     source = "missing: no odometry; " if odometry is None else f"from {odometry.info.name}"
     guess = "guess: the usual name"
     tracks = evidence.tracks
-    told = tracks is None or tracks.odometry is None or tracks.odometry.child_frame
+    has_child = tracks is None or tracks.odometry is None or tracks.odometry.child_frame
     base, odom = evidence.base_frame, evidence.choice.odometry_frame
-    yield ManifestLine(0, "base_frame", base, source if odometry is not None and told else guess)
+    yield ManifestLine(
+        0, "base_frame", base, source if odometry is not None and has_child else guess
+    )
     yield ManifestLine(0, "odometry_frame", odom, source if odometry is not None else guess)
     height, note = base_height(evidence, base)
     yield ManifestLine(0, "base_height", height, note)

@@ -87,12 +87,12 @@ def observe(
     """
     # The picture as the model sees it, and equations (1) and (2) on it.
     image = rectifier.apply(rgb)
-    seen = rate_picture(image, settings.image_reliability)
+    of_picture = rate_picture(image, settings.image_reliability)
     # Equation (3) on the cloud, and equations (4) and (5) on the smoothness of its sample.
     points = observe_points(cloud, base_from_lidar, settings.points, seed)
     rated = points.smoothness, points.points, points.point_count
-    felt = rate_points(*rated, settings.point_reliability)
-    return Observation(image, points, seen | felt)
+    of_points = rate_points(*rated, settings.point_reliability)
+    return Observation(image, points, of_picture | of_points)
 
 
 def rate_picture(image: NDArray[np.uint8], settings: ImageReliabilitySettings) -> dict[str, float]:

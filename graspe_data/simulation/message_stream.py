@@ -73,7 +73,7 @@ class MessageStream:
         scenario, topics = self._simulated.scenario, self._simulated.robot.topics
         rates, camera, lidar = scenario.rates, scenario.camera.rate, scenario.lidar.rate
         turn_ns = round(SECOND / scenario.lidar.rotation_rate)
-        asked: list[tuple[str | None, float, int, Callable[[int, int], Any]]] = [
+        planned: list[tuple[str | None, float, int, Callable[[int, int], Any]]] = [
             (topics.odometry, rates.odometry, 3 * MILLISECOND, self._odometry),
             ("/tf", rates.odometry, 3 * MILLISECOND, self._frame),
             (topics.imu, rates.imu, 2 * MILLISECOND, self._inertial),
@@ -85,7 +85,7 @@ class MessageStream:
         phase = self._simulated.lidar_phase
         return [
             _Source(topic, rate, delay, make, phase if topic == topics.points else 0)
-            for topic, rate, delay, make in asked
+            for topic, rate, delay, make in planned
             if topic is not None
         ]
 

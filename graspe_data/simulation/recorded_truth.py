@@ -45,8 +45,8 @@ class RecordedTruth:
     def trajectory_texts(self) -> Iterator[str]:
         """The message of every picture's arc."""
         for stamp, success in zip(self.stamps_ns.tolist(), self.success.tolist(), strict=True):
-            said = {"stamp_ns": stamp, "step_s": self.step_s, "success": list(map(int, success))}
-            yield json.dumps(said)
+            record = {"stamp_ns": stamp, "step_s": self.step_s, "success": list(map(int, success))}
+            yield json.dumps(record)
 
     def events_text(self) -> str:
         """The message of all failures."""
@@ -66,11 +66,11 @@ def read_truth(recording: Path) -> RecordedTruth:
             f"known: score whole recordings of `graspe simulate`."
         )
     try:
-        failures = tuple(Event(**said) for text in events for said in json.loads(text))
-        said = [json.loads(text) for text in arcs]
-        stamps = np.array([arc["stamp_ns"] for arc in said], np.int64)
-        success = np.array([arc["success"] for arc in said], np.bool_)
-        (step_s,) = {float(arc["step_s"]) for arc in said}
+        failures = tuple(Event(**records) for text in events for records in json.loads(text))
+        records = [json.loads(text) for text in arcs]
+        stamps = np.array([arc["stamp_ns"] for arc in records], np.int64)
+        success = np.array([arc["success"] for arc in records], np.bool_)
+        (step_s,) = {float(arc["step_s"]) for arc in records}
     except (ValueError, TypeError, KeyError) as error:
         raise RecordingError(
             f"{recording}: {EVENTS_TOPIC} and {TRAJECTORIES_TOPIC} do not hold what a simulation "
@@ -82,9 +82,9 @@ def read_truth(recording: Path) -> RecordedTruth:
 def scenario_text(scenario: Settings, robot: Settings, seed: int, habits: str | None = None) -> str:
     """The message that says which scenario, robot, seed and habits a recording is of."""
     parts = {"scenario": scenario, "robot": robot}
-    told = {name: part.model_dump(mode="json") for name, part in parts.items()}
+    content = {name: part.model_dump(mode="json") for name, part in parts.items()}
     named = {} if habits is None else {"habits": habits}
-    return json.dumps(told | {"seed": seed} | named)
+    return json.dumps(content | {"seed": seed} | named)
 
 
 def read_scenario_text(recording: Path) -> str | None:
@@ -105,8 +105,8 @@ def read_world(recording: Path) -> str:
         RecordingError: The recording cannot be read.
     """
     try:
-        said = json.loads(read_scenario_text(recording) or "")
-        return f"{said['scenario']['name']}, seed {said['seed']}"
+        content = json.loads(read_scenario_text(recording) or "")
+        return f"{content['scenario']['name']}, seed {content['seed']}"
     except (ValueError, TypeError, KeyError, AttributeError):
         # A topic of this name that no simulation of ours wrote.
         return ""

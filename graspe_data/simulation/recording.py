@@ -96,20 +96,20 @@ def record_drive(
         RecordingError: The path exists, or cannot be written.
     """
     truth = _truth(simulated)
-    told = scenario_text(simulated.scenario, simulated.robot, simulated.seed, habits_name)
+    scenario = scenario_text(simulated.scenario, simulated.robot, simulated.seed, habits_name)
     with RecordingWriter(path, container, compression) as writer:
-        for message in with_habits(_messages(simulated, truth, told), habits):
+        for message in with_habits(_messages(simulated, truth, scenario), habits):
             writer.write(message.topic, message.content, message.bag_time_ns)
     write_truth_annotation(path, truth, START_NS)
     return truth
 
 
-def _messages(simulated: SimulatedDrive, truth: RecordedTruth, told: str) -> Iterator[Recorded]:
+def _messages(simulated: SimulatedDrive, truth: RecordedTruth, scenario: str) -> Iterator[Recorded]:
     """All messages of a recording, as they reach the recorder."""
     arcs, candidates = iter(truth.trajectory_texts()), iter(_outcomes(simulated).texts())
     text = Messages(simulated.robot).text
     jitter = part_generator(simulated.scenario, simulated.seed, "jitter")
-    yield Recorded(SCENARIO_TOPIC, text(told), START_NS)
+    yield Recorded(SCENARIO_TOPIC, text(scenario), START_NS)
     for message in MessageStream(simulated):
         late = message.delay_ns + int(jitter.integers(0, JITTER_NS))
         yield Recorded(message.topic, message.content, message.stamp_ns + late)

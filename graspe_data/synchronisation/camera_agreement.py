@@ -83,38 +83,38 @@ def camera_findings(
 
 
 def _size(pictures: Pictures, calibrated: Calibrated) -> Finding:
-    said = (calibrated.intrinsics.width, calibrated.intrinsics.height)
+    declared = (calibrated.intrinsics.width, calibrated.intrinsics.height)
     seen = (pictures.width, pictures.height)
     numbers = {
         "picture_width": float(seen[0]),
         "picture_height": float(seen[1]),
-        "calibrated_width": float(said[0]),
-        "calibrated_height": float(said[1]),
+        "calibrated_width": float(declared[0]),
+        "calibrated_height": float(declared[1]),
     }
-    if said == seen:
+    if declared == seen:
         text = f"The pictures and {calibrated.topic} are both {_by(seen)}."
         return Finding(SIZE, "agrees", pictures.topic, text, numbers)
     text = (
-        f"The pictures are {_by(seen)}, {calibrated.topic} is for {_by(said)}"
-        f"{_whole(calibrated, said)}. {_advice(seen, said, calibrated)}"
+        f"The pictures are {_by(seen)}, {calibrated.topic} is for {_by(declared)}"
+        f"{_whole(calibrated, declared)}. {_advice(seen, declared, calibrated)}"
     )
     return Finding(SIZE, "refused", pictures.topic, text, numbers)
 
 
-def _whole(calibrated: Calibrated, said: tuple[int, int]) -> str:
+def _whole(calibrated: Calibrated, declared: tuple[int, int]) -> str:
     full = calibrated.full_size
-    if full is None or full == said:
+    if full is None or full == declared:
         return ""
     return f" (after binning and region of interest of {_by(full)})"
 
 
-def _advice(seen: tuple[int, int], said: tuple[int, int], calibrated: Calibrated) -> str:
+def _advice(seen: tuple[int, int], declared: tuple[int, int], calibrated: Calibrated) -> str:
     if seen == calibrated.full_size:
         return (
             "The pictures are whole: the driver announces a binning or a region of interest that "
             "it does not apply. Give `camera.intrinsics` with the values of K as they are."
         )
-    across, down = seen[0] / said[0], seen[1] / said[1]
+    across, down = seen[0] / declared[0], seen[1] / declared[1]
     if abs(across / down - 1.0) <= _SAME_ASPECT:
         k = calibrated.intrinsics
         matrix = (
@@ -126,7 +126,7 @@ def _advice(seen: tuple[int, int], said: tuple[int, int], calibrated: Calibrated
             f"pictures, give `camera.intrinsics` of {_by(seen)} with {matrix} and the same "
             f"distortion."
         )
-    if seen == (said[1], said[0]):
+    if seen == (declared[1], declared[0]):
         return (
             "Width and height are exchanged: the pictures were turned after calibration. Record "
             "them as the sensor gives them, or give `camera.intrinsics` of the turned pictures."
@@ -138,14 +138,14 @@ def _advice(seen: tuple[int, int], said: tuple[int, int], calibrated: Calibrated
 
 
 def _frame(pictures: Pictures, calibrated: Calibrated, chosen: str | None) -> Finding:
-    seen, said = plain_frame(pictures.frame), plain_frame(calibrated.frame)
-    if seen == said:
+    seen, declared = plain_frame(pictures.frame), plain_frame(calibrated.frame)
+    if seen == declared:
         text = f"The pictures and {calibrated.topic} are both in frame '{seen}'."
         return Finding(FRAME, "agrees", pictures.topic, text)
     counts = chosen or seen
     text = (
-        f"The pictures are in frame '{seen}', {calibrated.topic} in frame '{said}': both should "
-        f"name the camera's optical frame. '{counts}' counts; set `camera.frame` to choose, or "
+        f"The pictures are in frame '{seen}', {calibrated.topic} in frame '{declared}': both "
+        f"should name the camera's optical frame. '{counts}' counts; set `camera.frame` to choose, or "
         f"name the CameraInfo of this camera as `camera_info`."
     )
     return Finding(FRAME, "noted", pictures.topic, text)

@@ -44,24 +44,24 @@ def check_commands(commands: Commands | None, odometry: PoseSeries, robot: Robot
     """
     if commands is None or robot.topics.command is None:
         return []
-    asked, driven = _way(commands.stamps_ns, commands.values[:, 0], _HELD_S), _driven(odometry)
+    commanded, driven = _way(commands.stamps_ns, commands.values[:, 0], _HELD_S), _driven(odometry)
     topic, source = robot.topics.odometry, robot.topics.command
-    if asked < _TOLD_M:
+    if commanded < _TOLD_M:
         return []
-    numbers = {"commanded_m": asked, "driven_m": driven}
-    said = f"{source} asks for {asked:.1f} m, {topic} tells {driven:.1f} m"
+    numbers = {"commanded_m": commanded, "driven_m": driven}
+    comparison = f"{source} asks for {commanded:.1f} m, {topic} tells {driven:.1f} m"
     if not odometry.velocity.any() and np.ptp(odometry.pose, axis=0).max() <= _NEVER_MOVES:
         raise RecordingError(
-            f"{said}, and not one of its numbers ever changes: it was never filled. No rows are "
-            f"made. Name another odometry under `topics.odometry`, or `odometry: lidar`."
+            f"{comparison}, and not one of its numbers ever changes: it was never filled. No rows "
+            f"are made. Name another odometry under `topics.odometry`, or `odometry: lidar`."
         )
     if opposite := _opposite(commands, odometry):
-        text = f"{said}, {' and '.join(opposite)} the other way: is a frame turned about?"
+        text = f"{comparison}, {' and '.join(opposite)} the other way: is a frame turned about?"
         return [Finding("commands_opposite", "noted", source, text, numbers)]
-    if driven > _DIFFERS * asked or asked > _DIFFERS * driven:
-        text = f"{said}: commands of another robot, a robot that is held, or another unit"
+    if driven > _DIFFERS * commanded or commanded > _DIFFERS * driven:
+        text = f"{comparison}: commands of another robot, a robot that is held, or another unit"
         return [Finding("commands_differ", "noted", source, text, numbers)]
-    text = f"{said}: they agree"
+    text = f"{comparison}: they agree"
     return [Finding("commands_agree", "agrees", source, text, numbers)]
 
 
@@ -75,10 +75,10 @@ def _opposite(commands: Commands, odometry: PoseSeries) -> list[str]:
     held &= late - stamps[np.maximum(latest, 0)] <= _HELD_S * SECOND
     found = []
     for column, name, least in ((0, "driven", _TOLD_M_S), (1, "turned", _TOLD_RAD_S)):
-        asked, told = values[latest[held], column], odometry.velocity[held, column]
-        answered = float(np.sum(asked * told))
-        strong = np.count_nonzero(np.abs(asked) > least) >= _ENOUGH * max(1, asked.size)
-        if strong and answered < -_AGAINST * float(np.sum(asked**2)):
+        commanded, reported = values[latest[held], column], odometry.velocity[held, column]
+        answered = float(np.sum(commanded * reported))
+        strong = np.count_nonzero(np.abs(commanded) > least) >= _ENOUGH * max(1, commanded.size)
+        if strong and answered < -_AGAINST * float(np.sum(commanded**2)):
             found.append(name)
     return found
 

@@ -65,10 +65,10 @@ def sort_edges(tracks: Sequence[EdgeTrack], unusable: Sequence[str] = ()) -> Edg
             moving[edge] = restless[-1]
         else:
             fixed[edge] = tuple(found) if _apart(found) <= _SAME else (found[-1],)
-    dropped, told = _second_parents(fixed)
-    told += _moving_parents(moving, {e: t for e, t in fixed.items() if e not in dropped})
+    dropped, of_parents = _second_parents(fixed)
+    of_parents += _moving_parents(moving, {e: t for e, t in fixed.items() if e not in dropped})
     kept = {edge: tracks for edge, tracks in fixed.items() if edge not in dropped}
-    return Edges(kept, moving, (*findings, *told))
+    return Edges(kept, moving, (*findings, *of_parents))
 
 
 def _moves(track: EdgeTrack) -> bool:

@@ -80,8 +80,8 @@ class _Pass:
         own = transform_topics(
             self.recording.topics, [topics.image, topics.points, topics.odometry]
         )
-        asked = {topics.odometry} if self.by_tf else set()
-        wanted = {*self.sensors, *own, *asked, topics.camera_info or ""}
+        for_tf = {topics.odometry} if self.by_tf else set()
+        wanted = {*self.sensors, *own, *for_tf, topics.camera_info or ""}
         for raw in self.recording.messages(wanted & self.recording.topics.keys()):
             if raw.topic in self.sensors and raw.topic != topics.points:
                 self.sensors[raw.topic].seen += 1

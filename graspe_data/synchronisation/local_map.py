@@ -105,8 +105,8 @@ class LocalMap:
         """Share of points with a point of the cloud before in their voxel or beside it."""
         around = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
         cells = np.floor(points / self._voxel_size).astype(np.int64)
-        taken = np.unique(cell_keys(np.floor(self._before / self._voxel_size).astype(np.int64)))
-        near = np.isin(cell_keys(cells[:, None, :] + around), taken)
+        occupied = np.unique(cell_keys(np.floor(self._before / self._voxel_size).astype(np.int64)))
+        near = np.isin(cell_keys(cells[:, None, :] + around), occupied)
         return float(near.any(axis=1).mean())
 
 

@@ -96,12 +96,12 @@ def weigh_motion(series: Sequence[MotionSamples], up: Floats = UPWARDS) -> Motio
     turning = [w for piece in pieces for w in piece.windows(turns)]
     ways = np.array([window.ways for window in moving]).reshape(-1, 4)
     turned = np.array([window.turns for window in turning]).reshape(-1, 4)
-    posed, told, body, fixed = ways.sum(axis=0).tolist()
+    posed, by_twist, body, fixed = ways.sum(axis=0).tolist()
     posed_rad, told_rad, turn_error, fixed_turn_error = turned.sum(axis=0).tolist()
     apart = [w for w in moving if led_astray(w)] + [w for w in turning if turned_astray(w)]
     return MotionEvidence(
         posed_m=posed,
-        told_m=told,
+        told_m=by_twist,
         body_error_m=body,
         fixed_error_m=fixed,
         posed_rad=posed_rad,

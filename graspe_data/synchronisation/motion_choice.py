@@ -68,7 +68,7 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
     body = evidence.share(evidence.body_error_m)
     fixed = evidence.share(evidence.fixed_error_m)
     turns = not evidence.turning or evidence.turn_share <= TURNS_AGREE
-    told, posed = evidence.told_m, evidence.posed_m
+    by_twist, by_poses = evidence.told_m, evidence.posed_m
     in_fixed = fixed <= AGREES and fixed < _CLEARLY * body and body > _ASTRAY
     if (not evidence.telling or (body <= AGREES and not in_fixed)) and turns:
         text = f"{_ways(evidence)}: they agree, the twist is the body's"
@@ -81,7 +81,7 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
             f"{_ways(evidence)}: the {what} never filled; poses will be integrated from the twist"
         )
         return _mended("poses_never_filled", topic, text, evidence, "body", "integrated")
-    if evidence.telling and evidence.twist_constant and told < _NOTHING_M and body > AGREES:
+    if evidence.telling and evidence.twist_constant and by_twist < _NOTHING_M and body > AGREES:
         text = f"{_ways(evidence)}: the twist is empty; velocities will be taken from the poses"
         return _mended("twist_never_filled", topic, text, evidence, "differentiated")
     if evidence.telling and in_fixed and turns:
@@ -93,7 +93,7 @@ def _compared(evidence: MotionEvidence, topic: str) -> MotionChoice:
     if not turns and evidence.turn_constant and evidence.told_rad < _NOTHING_M:
         text = f"{_turns(evidence)}: the yaw rate is empty; velocities will be taken from the poses"
         return _mended("yaw_rate_never_filled", topic, text, evidence, "differentiated")
-    return _contradiction(evidence, topic, told, posed, turns=turns)
+    return _contradiction(evidence, topic, by_twist, by_poses, turns=turns)
 
 
 def _at_times(choice: MotionChoice, evidence: MotionEvidence, topic: str) -> MotionChoice:
@@ -114,13 +114,13 @@ def _at_times(choice: MotionChoice, evidence: MotionEvidence, topic: str) -> Mot
 
 
 def _contradiction(
-    evidence: MotionEvidence, topic: str, told: float, posed: float, *, turns: bool
+    evidence: MotionEvidence, topic: str, by_twist: float, by_poses: float, *, turns: bool
 ) -> MotionChoice:
-    said = _ways(evidence) if turns else f"{_ways(evidence)}; {_turns(evidence)}"
-    ratio = f" ({told / posed:.3g} times as far)" if turns and posed > 0 else ""
+    ways = _ways(evidence) if turns else f"{_ways(evidence)}; {_turns(evidence)}"
+    ratio = f" ({by_twist / by_poses:.3g} times as far)" if turns and by_poses > 0 else ""
     ratio += _unit(evidence)
     text = (
-        f"{topic}: {said}{ratio}, and no frame explains it: {_astray(evidence)}.{_where(evidence)} "
+        f"{topic}: {ways}{ratio}, and no frame explains it: {_astray(evidence)}.{_where(evidence)} "
         f"No rows are made. If you know which of them is right, set `odometry_velocity: body`, "
         f"`fixed` or `differentiated` in the robot manifest."
     )

@@ -29,7 +29,7 @@ from graspe_data.synchronisation.tracks import MotionTrack
 
 
 def child_from_base(
-    track: MotionTrack, placement: Placement, told: list[Finding]
+    track: MotionTrack, placement: Placement, findings: list[Finding]
 ) -> Transform | None:
     """Where the base frame is in the odometry's child frame; None where they are one.
 
@@ -44,7 +44,7 @@ def child_from_base(
         return None
     if not transforms.connects(child, base):
         text = f"{topic} is of {child!r}, which nothing connects to {base!r}: taken to be the same"
-        told.append(Finding("odometry_of_other_frame", "noted", child, text))
+        findings.append(Finding("odometry_of_other_frame", "noted", child, text))
         return None
     if not transforms.is_fixed(child, base):
         raise RecordingError(
@@ -56,7 +56,7 @@ def child_from_base(
         return None
     x, y, z = np.round(found.inverse().translation, 3).tolist()
     text = f"{topic} is of {child!r}, at ({x}, {y}, {z}) m in {base!r}: carried over to {base!r}"
-    told.append(Finding("odometry_carried_to_base", "mended", child, text))
+    findings.append(Finding("odometry_carried_to_base", "mended", child, text))
     return found
 
 
@@ -64,7 +64,7 @@ def build_odometry(
     stretches: Sequence[MotionSamples],
     robot: Robot,
     base: Transform | None,
-    told: list[Finding],
+    findings: list[Finding],
 ) -> PoseSeries:
     """Decide what velocities and poses are taken from, and take them.
 
@@ -73,23 +73,23 @@ def build_odometry(
             cut at its jumps.
         robot: Its limits, and the choice that its manifest may force.
         base: Where the base frame is on that body; None where it is the child frame.
-        told: Is told what was found.
+        findings: Is told what was found.
 
     Raises:
         RecordingError: Twist and poses contradict each other, poses jump to and fro, velocities are
             beyond the robot's limits throughout, or fewer than two samples are usable.
     """
     topic = robot.topics.odometry
-    told += jump_findings(stretches, robot)
+    findings += jump_findings(stretches, robot)
     up = vertical_of(stretches, base)
-    told += level_finding(up, topic)
+    findings += level_finding(up, topic)
     evidence = weigh_motion(stretches, up)
     choice = choose_motion(evidence, robot, topic)
-    told += choice.findings
+    findings += choice.findings
     joined = _joined([_with_velocity(samples, choice, base, up) for samples in stretches])
     rests_on_heading = choice.velocity == "differentiated" and evidence.heading_constant
-    told += check_course(joined.samples, robot, heading_constant=rests_on_heading, topic=topic)
-    return _within_limits(joined, robot, choice, told)
+    findings += check_course(joined.samples, robot, heading_constant=rests_on_heading, topic=topic)
+    return _within_limits(joined, robot, choice, findings)
 
 
 @dataclass(frozen=True)
@@ -135,13 +135,13 @@ def _joined(stretches: Sequence[_Moving]) -> _Moving:
 
 
 def _within_limits(
-    moving: _Moving, robot: Robot, choice: MotionChoice, told: list[Finding]
+    moving: _Moving, robot: Robot, choice: MotionChoice, findings: list[Finding]
 ) -> PoseSeries:
     """The series without samples beyond twice the limits; refused where these are no outliers."""
     topic, samples = robot.topics.odometry, moving.samples
     beyond = _beyond(moving.velocity, robot)
     if beyond.any():
-        told.append(_limit_finding(moving, beyond, robot, choice))
+        findings.append(_limit_finding(moving, beyond, robot, choice))
     kept = ~beyond
     try:
         return odometry_series(

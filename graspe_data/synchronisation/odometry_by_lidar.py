@@ -23,7 +23,7 @@ from graspe_data.synchronisation.transform_buffer import TransformBuffer
 
 
 def with_lidar_odometry(
-    recording: Recording, tracks: Tracks, robot: Robot, told: list[Finding]
+    recording: Recording, tracks: Tracks, robot: Robot, findings: list[Finding]
 ) -> Tracks:
     """Register the clouds of a recording one after another and take the poses as its odometry.
 
@@ -61,7 +61,7 @@ def with_lidar_odometry(
         f"no odometry topic: poses are made from {known} of {len(ordinals)} clouds of {topic} by "
         f"KISS-ICP, and velocities fitted to them"
     )
-    told.append(
+    findings.append(
         Finding(
             "odometry_by_lidar", "mended", topic, text, {"poses": known, "clouds": len(ordinals)}
         )

@@ -34,14 +34,14 @@ def cut_at_jumps(samples: MotionSamples, limits: Limits) -> MotionSamples:
     position, rotation = samples.position[shown], samples.rotation[shown]
     leaps = leaping(stamps, position, rotation, limits)
     spikes = _spikes(np.flatnonzero(leaps) + 1, (stamps, position, rotation), limits)
-    told = [_way(stamps, position, begin) for begin, _ in spikes]
+    spans = [_way(stamps, position, begin) for begin, _ in spikes]
     kept = np.ones(samples.stamps_ns.size, np.bool_)
     for begin, end in spikes:
         leaps[[begin - 1, end - 1]] = False
         kept[shown[begin] : shown[end]] = False
     starts = np.zeros(samples.stamps_ns.size, np.int64)
     starts[shown[np.flatnonzero(leaps) + 1]] = 1
-    cut = replace(samples, segment=np.cumsum(starts), spikes=np.array(told).reshape(-1, 2))
+    cut = replace(samples, segment=np.cumsum(starts), spikes=np.array(spans).reshape(-1, 2))
     return cut.only(kept)
 
 

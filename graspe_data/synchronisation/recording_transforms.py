@@ -27,7 +27,7 @@ def recording_transforms(
     whole: TimedRecording,
     robot: Robot,
     limits: ClockSettings,
-    told: list[Finding],
+    findings: list[Finding],
 ) -> TransformBuffer:
     """Build the buffer.
 
@@ -36,7 +36,7 @@ def recording_transforms(
         whole: Its stretches on one time axis.
         robot: Its clocks: tf is stamped by that of the odometry.
         limits: Of clocks.
-        told: Is told which edges are left out.
+        findings: Is told which edges are left out.
     """
     moving: dict[Edge, list[MovingEdge]] = {}
     for number, (stretch, own) in enumerate(zip(whole.timed, _axes(whole.timed), strict=True)):
@@ -46,7 +46,7 @@ def recording_transforms(
                 moving.setdefault(edge, []).append(_within(timed, own))
             except RecordingError as error:
                 text = f"{track.name} is left out: {error}"
-                told.append(Finding("edge_on_other_clock", "noted", track.name, text))
+                findings.append(Finding("edge_on_other_clock", "noted", track.name, text))
     joined = {edge: _joined(parts) for edge, parts in moving.items() if parts}
     joined = {edge: track for edge, track in joined.items() if track.stamps_ns.size}
     for edge, by_topic in _topic_edges(whole.timed).items():

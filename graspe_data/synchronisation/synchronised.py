@@ -82,19 +82,19 @@ def synchronise(
         RecordingError: Topics are missing, clocks are unrelated, sources contradict each other,
             there is no odometry, or nothing tells where a sensor is or how the camera sees.
     """
-    told = findings if findings is not None else []
-    tracks = read_all_tracks(recording, robot, told)
-    return synchronise_tracks(tracks, robot, clocks, settings, told)
+    collected = findings if findings is not None else []
+    tracks = read_all_tracks(recording, robot, collected)
+    return synchronise_tracks(tracks, robot, clocks, settings, collected)
 
 
-def read_all_tracks(recording: Recording, robot: Robot, told: list[Finding]) -> Tracks:
+def read_all_tracks(recording: Recording, robot: Robot, findings: list[Finding]) -> Tracks:
     """Read the tracks of a recording; of one without odometry, make it from the clouds.
 
     Raises:
         RecordingError: As ``read_tracks``; or KISS-ICP is not installed.
     """
     tracks = read_tracks(recording, robot)
-    return with_lidar_odometry(recording, tracks, robot, told) if robot.by_lidar else tracks
+    return with_lidar_odometry(recording, tracks, robot, findings) if robot.by_lidar else tracks
 
 
 def synchronise_tracks(
@@ -102,28 +102,28 @@ def synchronise_tracks(
     robot: Robot,
     clocks: ClockSettings,
     settings: SynchronisationSettings,
-    told: list[Finding],
+    findings: list[Finding],
 ) -> SynchronisedRecording:
     """Plan the rows of tracks that were read before; as ``synchronise`` otherwise."""
     edges = sort_edges(tracks.edges, tracks.unusable_edges)
-    told += edges.findings
+    findings += edges.findings
     topic = robot.topics.points
-    told += [Finding("lidar_packets", "noted", topic, text) for text in tracks.lidar_notes]
-    whole = time_recording(tracks, edges, robot, clocks, told)
-    transforms = recording_transforms(edges, whole, robot, clocks, told)
+    findings += [Finding("lidar_packets", "noted", topic, text) for text in tracks.lidar_notes]
+    whole = time_recording(tracks, edges, robot, clocks, findings)
+    transforms = recording_transforms(edges, whole, robot, clocks, findings)
     placement = Placement(robot, transforms)
     placement.check(tracks.image_frame, tracks.points_frame)
-    told += placement.findings(tracks.image_frame, tracks.points_frame)
-    told += check_camera(tracks, placement)
+    findings += placement.findings(tracks.image_frame, tracks.points_frame)
+    findings += check_camera(tracks, placement)
     stretches = whole.timed
     odometry = build_odometry(
         [stretch.samples for stretch in stretches],
         robot,
-        child_from_base(stretches[0].odometry, placement, told),
-        told,
+        child_from_base(stretches[0].odometry, placement, findings),
+        findings,
     )
     command = _values([(s.command_time, s.tracks.command) for s in stretches])
-    told += check_commands(command, odometry, robot)
+    findings += check_commands(command, odometry, robot)
     plans = [_planned(stretch, odometry, placement, settings) for stretch in stretches]
     return SynchronisedRecording(
         tracks=tracks,
@@ -136,7 +136,7 @@ def synchronise_tracks(
         plan=join_plans([*plans, *whole.without_rows(settings)]),
         offsets_ns=_offsets(stretches[0]),
         shifts_ns=whole.shifts_ns,
-        findings=tuple(told),
+        findings=tuple(findings),
     )
 
 

@@ -79,7 +79,7 @@ class TimedRecording:
 
 
 def time_recording(
-    tracks: Tracks, edges: Edges, robot: Robot, limits: ClockSettings, told: list[Finding]
+    tracks: Tracks, edges: Edges, robot: Robot, limits: ClockSettings, findings: list[Finding]
 ) -> TimedRecording:
     """Cut a recording into stretches and bring each onto the camera's clock.
 
@@ -104,9 +104,9 @@ def time_recording(
         raise RecordingError(timed[longest][1])
     kept = _apart(stretches)
     faults = tuple(fault for _, fault in timed)
-    told += _findings(kept, faults)
+    findings += _findings(kept, faults)
     first = next(s for s in kept if s is not None)
-    told += [*measured_offsets(first, robot), *late_sensors(first)]
+    findings += [*measured_offsets(first, robot), *late_sensors(first)]
     return TimedRecording(tuple(kept), tuple(parts), faults, order, tuple(cuts))
 
 

@@ -86,12 +86,12 @@ def redraft_annotation(earlier: Annotation, proposals: Proposals) -> Annotation:
     """
     decided = [interval for interval in earlier.intervals if interval.verdict != "proposed"]
     events = [earlier.event(interval) for interval in decided]
-    asked = [
+    undecided = [
         _interval(event, earlier.time_zero_ns)
         for event in proposals.events
         if not event.meets(events)
     ]
-    intervals = sorted([*decided, *asked], key=lambda interval: interval.start_s)
+    intervals = sorted([*decided, *undecided], key=lambda interval: interval.start_s)
     return earlier.model_copy(
         update={"intervals": tuple(intervals), "not_judged": dict(proposals.unavailable)}
     )

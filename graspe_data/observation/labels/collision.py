@@ -88,9 +88,9 @@ def collision_events(
     ]
 
 
-def _index_after(stamps: NDArray[np.int64], asked: NDArray[np.int64], seconds: float) -> Indices:
+def _index_after(stamps: NDArray[np.int64], moments: NDArray[np.int64], seconds: float) -> Indices:
     """The first sample at least so much later; the last one where there is none."""
-    index = np.searchsorted(stamps, asked + round(seconds * 1e9))
+    index = np.searchsorted(stamps, moments + round(seconds * 1e9))
     return np.minimum(index, stamps.size - 1)
 
 
@@ -131,5 +131,5 @@ def _commanded_stop(
     """Whether the command at that time asks for less than the remaining fraction of v."""
     commanded, _, age = command.held(stamps)
     forward = np.where(age <= settings.command_timeout_s, commanded * np.sign(v), 0.0)
-    asked: Mask = forward < settings.remaining_fraction * np.abs(v)
-    return asked & (age <= settings.command_memory_s)
+    braking: Mask = forward < settings.remaining_fraction * np.abs(v)
+    return braking & (age <= settings.command_memory_s)

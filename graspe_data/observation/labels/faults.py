@@ -39,10 +39,10 @@ def check_labels(document: LinedYaml) -> CheckedLabels:
     content = document.content
     if not isinstance(content, Mapping):
         found = "nothing" if content is None else type(content).__name__
-        told = LinedFault(
+        fault = LinedFault(
             document.line(()), f"expected a mapping with time_zero_ns and intervals, found {found}."
         )
-        return CheckedLabels(None, (), document.faults or (told,))
+        return CheckedLabels(None, (), document.faults or (fault,))
     # 1. The file without its intervals, then each interval for itself, so that none hides another.
     faults = list(document.faults)
     head = _validated(document, Annotation, {**content, "intervals": ()}, (), faults)

@@ -44,9 +44,9 @@ class OdometrySeries:
     def at(self, stamps_ns: Stamps) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """x, y, yaw, v and omega by linear interpolation; held at the ends, blind to gaps."""
         seconds = (self.stamps_ns - self.stamps_ns[0]) * 1e-9
-        asked = (stamps_ns - self.stamps_ns[0]) * 1e-9
+        since_s = (stamps_ns - self.stamps_ns[0]) * 1e-9
         values = (self.x, self.y, self.yaw, self.v, self.omega)
-        x, y, yaw, v, omega = (np.interp(asked, seconds, value) for value in values)
+        x, y, yaw, v, omega = (np.interp(since_s, seconds, value) for value in values)
         return x, y, yaw, v, omega
 
 

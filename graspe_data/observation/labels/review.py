@@ -58,13 +58,15 @@ def decide(proposals: Proposals, annotation: Annotation | None, unreviewed: Unre
     Raises:
         ObservationError: ``fail``, and there are such proposals; the text lists them.
     """
-    said = {verdict: _said(annotation, verdict) for verdict in ("confirmed", "added", "rejected")}
-    verdicts = [event for events in said.values() for event in events]
+    by_verdict = {
+        verdict: _said(annotation, verdict) for verdict in ("confirmed", "added", "rejected")
+    }
+    verdicts = [event for events in by_verdict.values() for event in events]
     open_events = tuple(event for event in proposals.events if not event.meets(verdicts))
     if unreviewed == "fail" and open_events:
         raise ObservationError(_unreviewed_text(open_events, annotation))
     return Decided(
-        **said,
+        **by_verdict,
         taken=open_events if unreviewed == "take" else (),
         left_out=open_events if unreviewed == "leave_out" else (),
         stale=tuple(

@@ -60,8 +60,8 @@ def _across_gravity(inertial: InertialSeries, weak: float) -> Floats:
     """
     up = gravity(inertial)
     length = np.linalg.norm(up, axis=1, keepdims=True)
-    felt = length > weak
-    up = np.where(felt, up / np.where(felt, length, 1.0), (0.0, 0.0, 1.0))
+    strong = length > weak
+    up = np.where(strong, up / np.where(strong, length, 1.0), (0.0, 0.0, 1.0))
     about = np.sum(inertial.gyro * up, axis=1, keepdims=True)
     across: Floats = inertial.gyro - about * up
     return across

@@ -101,22 +101,22 @@ def decode_compressed(data: Any, format_text: str, where: str) -> NDArray[np.uin
             cut or damaged.
     """
     content = bytes(data)
-    said = transport_format(format_text)
-    refuse_measures(said.encoding, where)
-    if said.depth:
+    transport = transport_format(format_text)
+    refuse_measures(transport.encoding, where)
+    if transport.depth:
         raise depth_refusal(where, f"format {format_text!r}")
     file = _announced(content, format_text, where)
     check_size(file.width, file.height, where)
-    if file.grey and said.mosaic:
-        return _demosaiced(content, file, said, where)
-    _refuse_unsaid(file, said, format_text, where)
+    if file.grey and transport.mosaic:
+        return _demosaiced(content, file, transport, where)
+    _refuse_unsaid(file, transport, format_text, where)
     return eight_bits(_read(content, file, _COLOUR, where))
 
 
 def _demosaiced(
-    content: bytes, file: _File, said: TransportFormat, where: str
+    content: bytes, file: _File, transport: TransportFormat, where: str
 ) -> NDArray[np.uint8]:
-    word = said.stored_as or said.encoding
+    word = transport.stored_as or transport.encoding
     if word not in ENCODINGS:
         known = ", ".join(name for name in ENCODINGS if name.startswith("bayer_"))
         raise RecordingError(
@@ -126,17 +126,17 @@ def _demosaiced(
     return to_rgb(_read(content, file, _GREY, where), word, where)
 
 
-def _refuse_unsaid(file: _File, said: TransportFormat, format_text: str, where: str) -> None:
+def _refuse_unsaid(file: _File, transport: TransportFormat, format_text: str, where: str) -> None:
     """Refuse a grey file that the format does not explain."""
     if not file.grey:
         return
-    if said.encoding.startswith("bayer_") and said.stored_as[:3] in ("bgr", "rgb"):
+    if transport.encoding.startswith("bayer_") and transport.stored_as[:3] in ("bgr", "rgb"):
         raise RecordingError(
             f"{where}: format {format_text!r} says that colour was stored, and the file has one "
             f"channel: it may be a mosaic or a grey picture. Name the raw topic as `image`, or "
             f"correct the format that the driver writes."
         )
-    if file.bits > 8 and said.encoding not in ENCODINGS:  # noqa: PLR2004
+    if file.bits > 8 and transport.encoding not in ENCODINGS:  # noqa: PLR2004
         raise depth_refusal(where, f"a PNG of one channel and 16 bits with format {format_text!r}")
 
 

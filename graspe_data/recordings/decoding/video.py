@@ -71,11 +71,11 @@ class VideoDecoder:
         """
         ordinal, self._taken = self._taken, self._taken + 1
         try:
-            said = read_video_message(message, self._type, self._topic)
-            packet = self._packet(said)
+            video = read_video_message(message, self._type, self._topic)
+            packet = self._packet(video)
         except RecordingError as error:
             return self._lose(ordinal, str(error))
-        return list(self._take(ordinal, said, packet, wanted))
+        return list(self._take(ordinal, video, packet, wanted))
 
     def lose(self, detail: str) -> list[Outcome]:
         """Take a message that cannot be read; ``detail`` says why."""
@@ -90,65 +90,65 @@ class VideoDecoder:
         return [*self._close(DAMAGED, detail), Outcome(ordinal, None, DAMAGED, detail)]
 
     def _take(
-        self, ordinal: int, said: VideoMessage, packet: Packet, wanted: bool
+        self, ordinal: int, video: VideoMessage, packet: Packet, wanted: bool
     ) -> Iterator[Outcome]:
-        if said.codec != self._codec:
+        if video.codec != self._codec:
             yield from self._close(BEFORE_KEY_FRAME, "")
-            self._context, self._codec = _context(said.codec), said.codec
+            self._context, self._codec = _context(video.codec), video.codec
             self._numbers, self._pts = FrameNumbers(), None
             self._counts = self._reorders = False
-        lost = self._lost(said, packet)
+        lost = self._lost(video, packet)
         if not packet.picture:
-            shown = self._decode(ordinal, said.data)
+            shown = self._decode(ordinal, video.data)
             yield from self._outcomes([] if isinstance(shown, str) else shown)
-            yield Outcome(ordinal, None, NO_PICTURE, f"{self._place(said)}: {NO_PICTURE}.")
+            yield Outcome(ordinal, None, NO_PICTURE, f"{self._place(video)}: {NO_PICTURE}.")
             return
         if lost and not packet.key and not self._closed:
             yield from self._close(PACKET_LOST, "")
         if packet.key:
             self._closed = ""
         if self._closed:
-            yield self._without(ordinal, said)
+            yield self._without(ordinal, video)
             return
-        self._pending[ordinal] = (said, wanted)
-        frames = self._decode(ordinal, said.data)
+        self._pending[ordinal] = (video, wanted)
+        frames = self._decode(ordinal, video.data)
         if isinstance(frames, str) or len(self._pending) > _MOST_PENDING:
             del self._pending[ordinal]
             detail = frames if isinstance(frames, str) else "the decoder holds all pictures back"
-            yield from self._close(DAMAGED, f"{self._place(said)}: {detail}")
-            yield self._without(ordinal, said)
+            yield from self._close(DAMAGED, f"{self._place(video)}: {detail}")
+            yield self._without(ordinal, video)
             return
         yield from self._outcomes(frames)
 
-    def _packet(self, said: VideoMessage) -> Packet:
-        packet = read_packet(said.data, said.codec)
+    def _packet(self, video: VideoMessage) -> Packet:
+        packet = read_packet(video.data, video.codec)
         if packet is None:
             raise RecordingError(
-                f"{self._place(said)}: a packet of {len(said.data)} bytes without a start code "
+                f"{self._place(video)}: a packet of {len(video.data)} bytes without a start code "
                 f"(00 00 01): only Annex B streams are read. Record with parameter sets in the "
                 f"stream, or name another topic as `image`."
             )
         return packet
 
-    def _without(self, ordinal: int, said: VideoMessage) -> Outcome:
-        detail = self._detail or f"{self._place(said)}: {self._closed}."
+    def _without(self, ordinal: int, video: VideoMessage) -> Outcome:
+        detail = self._detail or f"{self._place(video)}: {self._closed}."
         return Outcome(ordinal, None, self._closed, detail)
 
-    def _place(self, said: VideoMessage) -> str:
-        return f"{self._topic}, stamp {said.stamp_ns / 1e9:.9f}"
+    def _place(self, video: VideoMessage) -> str:
+        return f"{self._topic}, stamp {video.stamp_ns / 1e9:.9f}"
 
-    def _lost(self, said: VideoMessage, packet: Packet) -> bool:
+    def _lost(self, video: VideoMessage, packet: Packet) -> bool:
         """Whether a packet is missing before this one, by pts or by frame_num.
 
         pts tell where they count packets: by ones, and never down.
         """
         gap = False
-        if said.pts is not None and self._pts is not None:
-            step = said.pts - self._pts
+        if video.pts is not None and self._pts is not None:
+            step = video.pts - self._pts
             self._reorders |= step < 0 and not packet.key
             gap = self._counts and not self._reorders and step > 1
             self._counts |= step == 1
-        self._pts = said.pts
+        self._pts = video.pts
         return (self._codec == "h264" and self._numbers.lost(packet)) or gap
 
     def _decode(self, ordinal: int, data: bytes | None) -> list[Any] | str:
@@ -166,16 +166,16 @@ class VideoDecoder:
 
     def _outcomes(self, frames: list[Any]) -> Iterator[Outcome]:
         for frame in frames:
-            said, wanted = self._pending.pop(frame.pts, (None, False))
-            if said is None or not wanted:
+            video, wanted = self._pending.pop(frame.pts, (None, False))
+            if video is None or not wanted:
                 continue
             try:
-                check_size(frame.width, frame.height, self._place(said))
+                check_size(frame.width, frame.height, self._place(video))
             except RecordingError as error:
                 yield Outcome(frame.pts, None, DAMAGED, str(error))
                 continue
             rgb = np.ascontiguousarray(frame.to_ndarray(format="rgb24"), np.uint8)
-            yield Outcome(frame.pts, Picture(said.stamp_ns, said.frame, rgb))
+            yield Outcome(frame.pts, Picture(video.stamp_ns, video.frame, rgb))
 
     def _close(self, reason: str, detail: str) -> list[Outcome]:
         """Give what the decoder holds back; refuse what follows, up to a key frame."""

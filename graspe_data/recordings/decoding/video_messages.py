@@ -33,24 +33,24 @@ def read_video_message(message: Any, message_type: str, topic: str) -> VideoMess
     """
     if message_type == COMPRESSED_VIDEO:
         stamp = int(message.timestamp.sec) * _SECOND + int(message.timestamp.nanosec)
-        frame, said, pts = message.frame_id, message.format, None
+        frame, encoding, pts = message.frame_id, message.format, None
     else:
         stamp, frame = stamp_ns(message.header), message.header.frame_id
         packet = message_type == FFMPEG_PACKET
-        said = message.encoding if packet else message.format
+        encoding = message.encoding if packet else message.format
         pts = int(message.pts) if packet else None
-    codec = video_codec(said) or _encoder(said)
+    codec = video_codec(encoding) or _encoder(encoding)
     if codec is None:
         raise RecordingError(
-            f"{topic}: a video of format {str(said)!r} is not read; expected h264 or h265. Convert "
-            f"the topic, or name another as `image` in the robot manifest."
+            f"{topic}: a video of format {str(encoding)!r} is not read; expected h264 or h265. "
+            f"Convert the topic, or name another as `image` in the robot manifest."
         )
     return VideoMessage(stamp, frame, codec, pts, bytes(message.data))
 
 
-def _encoder(said: str) -> str | None:
+def _encoder(encoding: str) -> str | None:
     """The codec where a name is that of an encoder, as older versions write: ``hevc_nvenc``."""
-    name = said.partition(";")[0].lower()
+    name = encoding.partition(";")[0].lower()
     if "264" in name:
         return "h264"
     return "hevc" if "265" in name or "hevc" in name else None

@@ -44,9 +44,9 @@ def meter(radiance: NDArray[np.float32], settings: CameraSettings) -> Exposure:
     whites = sparse.astype(np.float64) * electrons_per_second(settings) / settings.full_well
     longest = settings.exposure_limit * settings.gain_limit
     bright = max(float(np.quantile(whites, 1.0 - settings.highlights)), 1e-12)
-    asked = min(_mean_to(settings.target_grey, whites, longest), 1.0 / bright)
-    time_s = min(asked, settings.exposure_limit)
-    return Exposure(time_s, float(np.clip(asked / time_s, 1.0, settings.gain_limit)))
+    needed = min(_mean_to(settings.target_grey, whites, longest), 1.0 / bright)
+    time_s = min(needed, settings.exposure_limit)
+    return Exposure(time_s, float(np.clip(needed / time_s, 1.0, settings.gain_limit)))
 
 
 def _mean_to(target: float, whites: NDArray[np.float64], longest: float) -> float:

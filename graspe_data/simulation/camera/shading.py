@@ -71,11 +71,11 @@ class Shading:
     def _sunlight(self, points: Rows, hits: Hits) -> Rows:
         cosine = np.einsum("nk,k->n", hits.normal, self._sun)
         strength = np.maximum(cosine, -cosine * self._through[hits.material])
-        asked = np.flatnonzero((strength > 0) & (hits.distance < SHADOWS_TO))
-        side = np.copysign(np.float32(LIFT), cosine[asked])[:, None] * hits.normal[asked]
+        facing = np.flatnonzero((strength > 0) & (hits.distance < SHADOWS_TO))
+        side = np.copysign(np.float32(LIFT), cosine[facing])[:, None] * hits.normal[facing]
         towards = np.broadcast_to(self._sun, side.shape)
-        hidden = self._scene.blocked(points[asked] + side, towards)
-        strength[asked[hidden]] = 0.0
+        hidden = self._scene.blocked(points[facing] + side, towards)
+        strength[facing[hidden]] = 0.0
         lit: Rows = np.maximum(strength, 0.0) * np.float32(self._light.sun_lux)
         return lit
 

@@ -114,7 +114,7 @@ class DriveInProgress:
         attitude = np.column_stack([slope + gait.tilt + tilts, poses[:, 2]])
         contacts = self.contacts(since)
         measured, odometry = self.odometry()
-        felt = felt_acceleration(self._velocity[part], contacts.impact, height, attitude)
+        specific_force = felt_acceleration(self._velocity[part], contacts.impact, height, attitude)
         return Drive(
             time_s,
             np.column_stack([poses[:, :2], height]),
@@ -123,7 +123,7 @@ class DriveInProgress:
             self._commands[part].copy(),
             measured[part],
             odometry[part],
-            felt + gait.bumps,
+            specific_force + gait.bumps,
             body_rates(attitude),
             contacts,
         )

@@ -45,15 +45,15 @@ class Gait:
 
 
 def walk(settings: GaitSettings, command: Floats, time_s: Floats) -> Gait:
-    """The gait of a robot that is told to move; blocked, it tramples on the spot.
+    """The gait of a robot that is pace to move; blocked, it tramples on the spot.
 
     Args:
         settings: Rate and sizes.
         command: (N, 2) m/s, rad/s.
         time_s: (N,), at even steps.
     """
-    told = np.minimum(1.0, np.abs(command) @ np.array([1.0, 0.5]) / settings.full_speed)
-    effort = _fade(told, time_s)
+    pace = np.minimum(1.0, np.abs(command) @ np.array([1.0, 0.5]) / settings.full_speed)
+    effort = _fade(pace, time_s)
     phase = 2 * np.pi * settings.rate * time_s
     roll = settings.sway * np.sin(phase)
     pitch = settings.sway / 2 * np.sin(2 * phase)
@@ -64,10 +64,10 @@ def walk(settings: GaitSettings, command: Floats, time_s: Floats) -> Gait:
     return Gait(effort * height, effort[:, None] * tilt, effort[:, None] * bumps)
 
 
-def _fade(told: Floats, time_s: Floats) -> Floats:
+def _fade(pace: Floats, time_s: Floats) -> Floats:
     """A smooth start and end, over half a second."""
     step = (time_s[-1] - time_s[0]) / max(len(time_s) - 1, 1)
     window = np.hanning(max(3, round(0.5 / step) | 1) + 2)[1:-1] if step > 0 else np.ones(1)
     half = len(window) // 2
-    wide = np.pad(told, half, mode="edge")
+    wide = np.pad(pace, half, mode="edge")
     return np.convolve(wide, window / window.sum(), mode="valid")

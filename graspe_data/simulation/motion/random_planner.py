@@ -62,10 +62,10 @@ class RandomPlanner:
 
     def _is_held(self, state: RobotState) -> bool:
         v, omega = self._leg.linear_velocity, self._leg.yaw_rate
-        asked, done = (v, state.velocity[0]) if v else (omega, state.velocity[1])
+        commanded, driven = (v, state.velocity[0]) if v else (omega, state.velocity[1])
         touched = state.stopped or state.entangled
         judged = self._recovery != "push" and state.time_s >= self._since + START_S
-        return judged and touched and abs(done) < HELD_SHARE * abs(asked)
+        return judged and touched and abs(driven) < HELD_SHARE * abs(commanded)
 
     def _give_way(self, state: RobotState) -> None:
         """Held on the way, go on pushing; held in a recovery, try its next part."""

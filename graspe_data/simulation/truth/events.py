@@ -76,10 +76,10 @@ def _stuck(drive: Drive, settings: EventSettings) -> list[Event]:
 
 
 def _held(drive: Drive, settings: EventSettings) -> Mask:
-    asked, done = np.abs(drive.command), np.abs(drive.velocity)
-    drives = asked[:, 0] >= settings.asked_speed
-    turns = ~drives & (asked[:, 1] >= settings.asked_yaw_rate)
-    held = done < settings.held_share * asked
+    commanded, driven = np.abs(drive.command), np.abs(drive.velocity)
+    drives = commanded[:, 0] >= settings.asked_speed
+    turns = ~drives & (commanded[:, 1] >= settings.asked_yaw_rate)
+    held = driven < settings.held_share * commanded
     mask: Mask = (drives & held[:, 0]) | (turns & held[:, 1])
     return mask
 

@@ -40,9 +40,9 @@ def arc_success(
         step_s: Seconds of a step.
         settings: How contact acts.
     """
-    asked = world.obstacles, robot.footprint, poses, commands
+    arcs = world.obstacles, robot.footprint, poses, commands
     mechanics = settings or MechanicsSettings()
-    return _succeeding(commanded_failure_times(*asked, steps * step_s, mechanics), steps, step_s)
+    return _succeeding(commanded_failure_times(*arcs, steps * step_s, mechanics), steps, step_s)
 
 
 def anchor_success(
@@ -61,8 +61,8 @@ def anchor_success(
     does not succeed by standing still. Bool (P, steps).
     """
     index = np.clip(np.rint(times_s / STEP_S).astype(np.intp), 0, len(drive.time_s) - 1)
-    asked = world.obstacles, robot.footprint, _poses(drive, index), drive.velocity[index]
-    fails = failure_times(*asked, steps * step_s, settings or MechanicsSettings())
+    arcs = world.obstacles, robot.footprint, _poses(drive, index), drive.velocity[index]
+    fails = failure_times(*arcs, steps * step_s, settings or MechanicsSettings())
     return _succeeding(fails, steps, step_s) & ~_failing(drive, index)[:, None]
 
 
@@ -89,8 +89,8 @@ def candidate_success(
         settings: How contact acts.
     """
     pictures, number, _ = commands.shape
-    asked = np.repeat(_poses(drive, moments), number, axis=0), commands.reshape(-1, 2)
-    success = arc_success(world, robot, *asked, steps, step_s, settings)
+    arcs = np.repeat(_poses(drive, moments), number, axis=0), commands.reshape(-1, 2)
+    success = arc_success(world, robot, *arcs, steps, step_s, settings)
     return success.reshape(pictures, number, steps) & ~_failing(drive, moments)[:, None, None]
 
 

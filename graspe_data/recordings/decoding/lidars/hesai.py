@@ -111,8 +111,8 @@ class HesaiDecoder:
                     f"`lidar.angles` in the robot manifest (CSV: Laser id,Elevation,Azimuth)."
                 )
             else:
-                said = f"the angles are the nominal ones of the {model}'s manual"
-                self.notes = (f"{said}; name this lidar's own table under `lidar.angles`",)
+                note = f"the angles are the nominal ones of the {model}'s manual"
+                self.notes = (f"{note}; name this lidar's own table under `lidar.angles`",)
             self._tables[model] = table
         return self._tables[model]
 
