@@ -6,6 +6,8 @@ rows. A resample is a weight for each recording; every score here is exact for w
 
 from __future__ import annotations
 
+import zlib
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +21,13 @@ from model_zoo.metrics import (
 )
 
 
-def draw_weights(recordings: int, resamples: int, seed: int) -> Floats:
-    """How often each recording is drawn in each resample, (resamples, recordings)."""
-    generator = np.random.default_rng([seed, recordings])
+def draw_weights(recordings: int, resamples: int, seed: int, place: str = "") -> Floats:
+    """How often each recording is drawn in each resample, (resamples, recordings).
+
+    Scenarios are drawn apart by the names of their places: their recordings have nothing to do with
+    each other, and the mean over scenarios varies as little as that.
+    """
+    generator = np.random.default_rng([seed, recordings, zlib.crc32(place.encode())])
     share = np.full(recordings, 1 / recordings)
     return generator.multinomial(recordings, share, size=resamples).astype(np.float64)
 

@@ -121,7 +121,8 @@ def places(split: JudgedSplit, resamples: int, seed: int) -> Iterator[Place]:
     chosen |= {name: scenario == name for name in sorted(set(scenario.tolist()))}
     for name, rows in chosen.items():
         recordings, recording = np.unique(split.recording[rows], return_inverse=True)
-        yield Place(name, split, rows, recording, draw_weights(recordings.size, resamples, seed))
+        weights = draw_weights(recordings.size, resamples, seed, name)
+        yield Place(name, split, rows, recording, weights)
 
 
 def _cell(place: Place, said: Said, condition: str, *, resampled: bool) -> Cell:

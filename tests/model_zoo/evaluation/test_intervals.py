@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model_zoo.evaluation.bootstrap import joint_resamples
+from model_zoo.evaluation.bootstrap import draw_weights, joint_resamples
 from model_zoo.evaluation.cell import Part, ReferenceCell, StoredScore
 from model_zoo.evaluation.entrants import Entrant
 
@@ -59,6 +59,14 @@ def test_what_recordings_share_cancels_in_a_difference() -> None:
     found = one.advantage(noisy, "all", "clean")
     assert found.low == pytest.approx(0.019, abs=1e-3)
     assert found.high == pytest.approx(0.021, abs=1e-3)
+
+
+def test_scenarios_are_drawn_apart_and_a_scenario_always_alike() -> None:
+    one, again, other = (draw_weights(6, 500, 0, place) for place in ("hill", "hill", "lake"))
+    assert np.array_equal(one, again)
+    assert (one.sum(axis=1) == 6).all()
+    apart = np.corrcoef(one.T, other.T)[:6, 6:]
+    assert np.abs(apart).max() < 0.2
 
 
 def test_trainings_of_two_models_are_drawn_apart_and_of_one_alike() -> None:
