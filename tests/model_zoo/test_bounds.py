@@ -89,11 +89,11 @@ def test_beyond_its_bounds_one_error_names_the_number(data: st.DataObject) -> No
     truths = [] if name == "machine" else [True, False]
     odd: st.SearchStrategy[object] = st.sampled_from([*truths, math.nan, math.inf, "many", []])
     value = data.draw(st.one_of(*outside(number), odd))
-    with pytest.raises((ZooError, ManifestError)) as told:
+    with pytest.raises((ZooError, ManifestError)) as error:
         given_to(name, number, value)
-    faults = str(told.value).splitlines()[1:]
-    said = [line.strip().replace("augmentation: ", "augmentation.") for line in faults]
-    assert all(line.startswith(str(number)) for line in said), said
+    faults = str(error.value).splitlines()[1:]
+    message = [line.strip().replace("augmentation: ", "augmentation.") for line in faults]
+    assert all(line.startswith(str(number)) for line in message), message
     assert len(faults) <= 2  # of alternatives, such as a word or a number, one each
 
 
@@ -133,7 +133,7 @@ def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(n
 
 
 @pytest.mark.parametrize(
-    ("name", "changes", "said"),
+    ("name", "changes", "message"),
     [
         ("graspe", {"graph": {"hidden": 0}}, r"graph\.hidden: .* greater than or equal to 1 "),
         ("graspe", {"graph": {"heads": 0}}, r"graph\.heads: .* greater than or equal to 1 "),
@@ -156,10 +156,10 @@ def test_at_every_lower_bound_the_model_predicts_or_there_is_an_error_in_words(n
         ),
     ],
 )
-def test_what_was_seen_to_go_wrong(name: str, changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(ZooError, match=said) as told:
+def test_what_was_seen_to_go_wrong(name: str, changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ZooError, match=message) as error:
         create_model(name, "small", **changes)
-    assert len(str(told.value).splitlines()) <= 2
+    assert len(str(error.value).splitlines()) <= 2
 
 
 def test_planning_draws_nothing_from_the_generator() -> None:

@@ -13,11 +13,11 @@ from model_zoo.presets import merged, presets_of
 
 def test_an_ablations_file_says_only_what_differs() -> None:
     folder = shipped_manifests() / "models"
-    told = {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
-    assert told["graspe_no_reliability"] == {"extends": "graspe"}
-    assert told["graspe_plain_reliability"] == {"extends": "graspe"}
-    assert told["nmfnet_trajectory"] == {"extends": "nmfnet"}
-    assert {key for p in told["graspe_no_agnn"]["presets"].values() for key in p} == {
+    manifests = {path.stem: yaml.safe_load(path.read_text()) for path in folder.glob("*.yaml")}
+    assert manifests["graspe_no_reliability"] == {"extends": "graspe"}
+    assert manifests["graspe_plain_reliability"] == {"extends": "graspe"}
+    assert manifests["nmfnet_trajectory"] == {"extends": "nmfnet"}
+    assert {key for p in manifests["graspe_no_agnn"]["presets"].values() for key in p} == {
         "convolutions"
     }
 

@@ -53,5 +53,5 @@ def test_without_velocities_what_does_not_fail_drives(tmp_path: Path) -> None:
 def test_the_length_of_a_step_is_the_dataset_s(tmp_path: Path) -> None:
     index = read_index(write_tiny_dataset(tmp_path, ("hill",)))
     assert step_seconds(index) == STEP_S
-    told = {"configuration": {"dataset": {"horizon": {"step_s": 0.5}}}}
-    assert step_seconds(write_index(tmp_path, index.model_copy(update=told))) == 0.5
+    change = {"configuration": {"dataset": {"horizon": {"step_s": 0.5}}}}
+    assert step_seconds(write_index(tmp_path, index.model_copy(update=change))) == 0.5

@@ -39,8 +39,10 @@ def test_a_leak_is_refused_by_both_names(
     shared: str,
 ) -> None:
     found = recordings(("taught.bag", earlier, *one), ("tested.bag", "test", *other))
-    said = rf"tested\.bag of the split 'test' and taught\.bag .*'{earlier}' have the same {shared}"
-    with pytest.raises(ZooError, match=said):
+    message = (
+        rf"tested\.bag of the split 'test' and taught\.bag .*'{earlier}' have the same {shared}"
+    )
+    with pytest.raises(ZooError, match=message):
         check_apart(found, found, "test", Path("data"))
 
 

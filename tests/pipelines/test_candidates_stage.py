@@ -54,9 +54,9 @@ def spot() -> Robot:
 
 @pytest.fixture(scope="module")
 def garden(spot: Robot, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    asked = Simulation(Scenario.model_validate(SCENARIO), spot, 2, "mcap")
+    request = Simulation(Scenario.model_validate(SCENARIO), spot, 2, "mcap")
     out = tmp_path_factory.mktemp("garden")
-    return simulate([asked], out, Workers(1), Silent())[0].path
+    return simulate([request], out, Workers(1), Silent())[0].path
 
 
 def asking(spot: Robot, **changes: Any) -> DatasetRecipe:
@@ -126,7 +126,7 @@ def test_without_candidates_nothing_of_them_is_stored_nor_decides_a_digest(
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"candidates": {"count": 9}}, r"knows of 8 candidates.*lower it to 8"),
         ({"horizon": {"steps": 4}}, r"judges 10 steps of 0.3 s, the dataset's horizon is 4"),
@@ -134,11 +134,11 @@ def test_without_candidates_nothing_of_them_is_stored_nor_decides_a_digest(
     ],
 )
 def test_what_does_not_fit_the_manifest_is_refused(
-    changes: dict[str, Any], said: str, garden: Path, spot: Robot, tmp_path: Path
+    changes: dict[str, Any], message: str, garden: Path, spot: Robot, tmp_path: Path
 ) -> None:
     refused = process_recording(RecordingTask(garden, asking(spot, **changes), tmp_path))
     assert isinstance(refused, Refusal)
-    assert re.search(said, refused.reason), refused.reason
+    assert re.search(message, refused.reason), refused.reason
 
 
 def test_a_recording_that_does_not_know_is_refused_with_the_way_out(

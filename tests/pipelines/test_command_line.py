@@ -71,9 +71,9 @@ def graspe(
         monkeypatch.setattr(sys, "argv", ["graspe", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
             main()
-        said = capsys.readouterr()
+        result = capsys.readouterr()
         code = ended.value.code
-        return Said(code if isinstance(code, int) else 0, said.out, said.err)
+        return Said(code if isinstance(code, int) else 0, result.out, result.err)
 
     return run
 
@@ -92,10 +92,10 @@ def manifest(recipe: DatasetRecipe, tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) -> None:
-    said = graspe(*command, "--help")
-    assert (said.code, said.err) == (0, "")
-    assert f"Usage: {' '.join(('graspe', *command))}" in said.out
-    assert max(map(len, said.out.splitlines())) <= 100
+    result = graspe(*command, "--help")
+    assert (result.code, result.err) == (0, "")
+    assert f"Usage: {' '.join(('graspe', *command))}" in result.out
+    assert max(map(len, result.out.splitlines())) <= 100
 
 
 @pytest.mark.parametrize(
@@ -123,11 +123,11 @@ def test_every_command_explains_itself(graspe: Run, command: tuple[str, ...]) ->
     ],
 )
 def test_a_mistake_is_one_clear_text_on_stderr(graspe: Run, arguments: str, text: str) -> None:
-    said = graspe(*arguments.split())
-    assert (said.code, said.out) == (1, "")
-    assert text in said.err
-    assert said.err.count("graspe: ") == 1
-    assert "Traceback" not in said.err
+    result = graspe(*arguments.split())
+    assert (result.code, result.out) == (1, "")
+    assert text in result.err
+    assert result.err.count("graspe: ") == 1
+    assert "Traceback" not in result.err
 
 
 @pytest.mark.parametrize(
@@ -141,17 +141,17 @@ def test_a_mistake_is_one_clear_text_on_stderr(graspe: Run, arguments: str, text
     ],
 )
 def test_a_wrong_call_shows_the_usage(graspe: Run, arguments: str) -> None:
-    said = graspe(*arguments.split())
-    assert (said.code, said.out) == (2, "")
-    assert "Usage: graspe" in said.err
-    assert "Traceback" not in said.err
+    result = graspe(*arguments.split())
+    assert (result.code, result.out) == (2, "")
+    assert "Usage: graspe" in result.err
+    assert "Traceback" not in result.err
 
 
 def test_an_unknown_key_suggests_the_known_one(graspe: Run, tmp_path: Path) -> None:
     (tmp_path / "wrong.yaml").write_text("name: x\nrobot: spot\nwindow: {anchor_rat: 3}\n")
-    said = graspe("dataset", "build", "wrong.yaml", "-r", "text", "--out", "o")
-    assert said.code == 1
-    assert "window.anchor_rat: unknown key. Did you mean 'anchor_rate'?" in said.err
+    result = graspe("dataset", "build", "wrong.yaml", "-r", "text", "--out", "o")
+    assert result.code == 1
+    assert "window.anchor_rat: unknown key. Did you mean 'anchor_rate'?" in result.err
 
 
 def test_a_dataset_from_build_to_verify(graspe: Run, drive: Path, manifest: Path) -> None:
@@ -176,13 +176,13 @@ def test_rows_against_recordings_need_the_recordings(
     graspe: Run, drive: Path, manifest: Path, record: RecordingFactory
 ) -> None:
     graspe("dataset", "build", manifest, "-r", drive, "--out", "o")
-    said = graspe("dataset", "verify", "o", "--against-bags", "3")
-    assert said.code == 1
-    assert "--against-bags needs --recordings" in said.err
+    result = graspe("dataset", "verify", "o", "--against-bags", "3")
+    assert result.code == 1
+    assert "--against-bags needs --recordings" in result.err
     other = record("other", seed=1, legs=(Leg(3.5, 0.6, 0.1),))
-    said = graspe("dataset", "verify", "o", "--against-bags", "3", "-r", other)
-    assert said.code == 1
-    assert "none of the given recordings" in said.err
+    result = graspe("dataset", "verify", "o", "--against-bags", "3", "-r", other)
+    assert result.code == 1
+    assert "none of the given recordings" in result.err
 
 
 def test_a_fault_in_a_shard_is_exit_code_2(
@@ -194,36 +194,38 @@ def test_a_fault_in_a_shard_is_exit_code_2(
     with np.load(shard) as arrays:
         content[content.index(arrays["pose"].tobytes())] ^= 1
     shard.write_bytes(content)
-    said = graspe("dataset", "verify", "o")
-    assert said.code == 2
-    assert shard.name in said.out
-    assert "1 faults" in said.out
+    result = graspe("dataset", "verify", "o")
+    assert result.code == 2
+    assert shard.name in result.out
+    assert "1 faults" in result.out
 
 
 def test_a_refused_recording_is_exit_code_3(
     graspe: Run, drive: Path, manifest: Path, tmp_path: Path
 ) -> None:
     shutil.copy(tmp_path / "text", drive.parent / "bad.bag")
-    said = graspe("dataset", "build", manifest, "-r", drive.parent, "--out", "o", "--json")
-    assert said.code == 3
-    assert list(json.loads(said.out)["refused"]) == ["bad.bag"]
+    result = graspe("dataset", "build", manifest, "-r", drive.parent, "--out", "o", "--json")
+    assert result.code == 3
+    assert list(json.loads(result.out)["refused"]) == ["bad.bag"]
 
 
 def test_inspection_of_good_and_bad_recordings(graspe: Run, drive: Path) -> None:
     assert graspe("inspect", drive).code == 0
-    said = graspe("inspect", drive, "text", "missing", "--json")
-    assert said.code == 3
-    assert [Path(found["path"]).name for found in json.loads(said.out)["recordings"]] == ["drive"]
-    assert list(json.loads(said.out)["unreadable"]) == ["missing", "text"]
+    result = graspe("inspect", drive, "text", "missing", "--json")
+    assert result.code == 3
+    assert [Path(found["path"]).name for found in json.loads(result.out)["recordings"]] == ["drive"]
+    assert list(json.loads(result.out)["unreadable"]) == ["missing", "text"]
 
 
 def test_the_installed_command() -> None:
     command = Path(sys.executable).with_name("graspe")
     if not command.is_file():
         pytest.skip("graspe is not installed beside this Python")
-    said = subprocess.run([command, "dataset", "info", "missing"], capture_output=True, check=False)
-    assert said.returncode == 1
-    assert said.stderr.startswith(b"graspe: missing/dataset.json: missing")
+    result = subprocess.run(
+        [command, "dataset", "info", "missing"], capture_output=True, check=False
+    )
+    assert result.returncode == 1
+    assert result.stderr.startswith(b"graspe: missing/dataset.json: missing")
 
 
 def test_ctrl_c_says_that_the_same_command_goes_on(

@@ -111,20 +111,20 @@ def test_a_bundle_stands_alone(exported: tuple[Path, Result]) -> None:
         [sys.executable, "-c", ALONE, exported[0]], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["loaded"] == []
-    assert len(told["differences"]) == 9
-    assert np.max(told["differences"]) < 1e-5
+    printed = json.loads(done.stdout)
+    assert printed["loaded"] == []
+    assert len(printed["differences"]) == 9
+    assert np.max(printed["differences"]) < 1e-5
 
 
 def test_json_is_a_report_and_thresholds_are_kept(checkpoint: Path, tmp_path: Path) -> None:
     thresholds = ("--acceptance", 0.8, "--reliability", 0.6)
     result = run(checkpoint, "--out", tmp_path / "bundle", "--json", *thresholds)
-    told = json.loads(result.stdout)
+    printed = json.loads(result.stdout)
     content = json.loads((tmp_path / "bundle" / CONTRACT_FILE).read_text())
     assert (content["decision"]["acceptance"], content["decision"]["reliability"]) == (0.8, 0.6)
-    assert told["bundle"] == str(tmp_path / "bundle")
-    assert {"cases", "largest_difference", "tolerance"} <= told["parity"].keys()
+    assert printed["bundle"] == str(tmp_path / "bundle")
+    assert {"cases", "largest_difference", "tolerance"} <= printed["parity"].keys()
 
 
 def test_a_threshold_is_a_probability(checkpoint: Path, tmp_path: Path) -> None:

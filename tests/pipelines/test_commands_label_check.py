@@ -63,18 +63,18 @@ def lines(result: Result, path: Path) -> list[int]:
 
 
 def test_a_sound_file_has_no_fault(labels: Path) -> None:
-    said = check(labels)
-    assert (said.exit_code, lines(said, labels)) == (0, [])
-    assert "0 faults; intervals: 1 confirmed, 1 added, 1 proposed" in said.stdout
+    completed = check(labels)
+    assert (completed.exit_code, lines(completed, labels)) == (0, [])
+    assert "0 faults; intervals: 1 confirmed, 1 added, 1 proposed" in completed.stdout
 
 
 def test_every_fault_is_told_at_once_with_its_line(labels: Path) -> None:
     labels.write_text(MANY)
-    said = check(labels)
-    assert said.exit_code == 2
-    told = dict.fromkeys(lines(said, labels), "")
-    for number, text in zip(lines(said, labels), said.stdout.splitlines(), strict=False):
-        told[number] += text
+    completed = check(labels)
+    assert completed.exit_code == 2
+    report = dict.fromkeys(lines(completed, labels), "")
+    for number, text in zip(lines(completed, labels), completed.stdout.splitlines(), strict=False):
+        report[number] += text
     expected = {
         1: ["recrding: unknown key. Did you mean 'recording'?"],
         2: ["time_zero_ns: ", "'soon'"],
@@ -87,10 +87,10 @@ def test_every_fault_is_told_at_once_with_its_line(labels: Path) -> None:
         12: ["intervals.4: "],
         13: ["intervals.5.start_s: Field required", "the key 'verdict' is given twice"],
     }
-    assert sorted(told) == sorted(expected)
+    assert sorted(report) == sorted(expected)
     for number, texts in expected.items():
         for text in texts:
-            assert text in told[number]
+            assert text in report[number]
 
 
 @pytest.mark.parametrize(
@@ -113,9 +113,9 @@ def test_every_fault_is_told_at_once_with_its_line(labels: Path) -> None:
 )
 def test_a_file_of_another_form_is_told_in_words(labels: Path, text: str, fault: str) -> None:
     labels.write_text(text)
-    said = check(labels)
-    assert said.exit_code == 2
-    assert fault in said.stdout
+    completed = check(labels)
+    assert completed.exit_code == 2
+    assert fault in completed.stdout
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"x" * (5 << 20)])
@@ -128,20 +128,20 @@ def test_a_file_that_is_no_text_is_refused(labels: Path, content: bytes) -> None
 @pytest.mark.parametrize("name", ["field.yaml", "labels.yaml", ".labels.yaml"])
 def test_a_name_that_no_build_finds_is_a_fault(labels: Path, name: str) -> None:
     other = labels.rename(labels.with_name(name))
-    said = check(other)
-    assert said.exit_code == 2
-    assert "or no build finds it" in said.stdout
+    completed = check(other)
+    assert completed.exit_code == 2
+    assert "or no build finds it" in completed.stdout
 
 
 def test_a_folder_is_looked_through(labels: Path, tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     faulty = tmp_path / "deep" / "field.bag.labels.yaml"
     faulty.write_text(SOUND.replace("stop_s: 2.0", "stop_s: 0.5"))
-    said = check(tmp_path, "--json")
-    assert said.exit_code == 2
-    told = {entry["labels"]: entry for entry in json.loads(said.stdout)}
-    assert told[str(labels)]["faults"] == []
-    assert [fault["line"] for fault in told[str(faulty)]["faults"]] == [5]
+    completed = check(tmp_path, "--json")
+    assert completed.exit_code == 2
+    report = {entry["labels"]: entry for entry in json.loads(completed.stdout)}
+    assert report[str(labels)]["faults"] == []
+    assert [fault["line"] for fault in report[str(faulty)]["faults"]] == [5]
     (tmp_path / "empty").mkdir()
     assert "no labels file here or below" in str(check(tmp_path / "empty").exception)
     assert "missing.labels.yaml: cannot be read" in str(
@@ -159,9 +159,9 @@ def test_what_the_rules_propose_is_sound_against_its_recording(
     labels = annotation_path(path)
     assert read_annotation(labels).intervals
     for words in ((), ("-r", path), ("-r", path.parent, "--manifest", manifest)):
-        said = check(labels, *words)
-        assert (said.exit_code, lines(said, labels)) == (0, [])
-    assert f"held against {path}" in said.stdout
+        completed = check(labels, *words)
+        assert (completed.exit_code, lines(completed, labels)) == (0, [])
+    assert f"held against {path}" in completed.stdout
 
 
 @pytest.mark.parametrize("exact", [False, True])
@@ -179,32 +179,32 @@ def test_an_interval_must_lie_within_its_recording(
         {"start_s": a, "stop_s": b, "kind": "other", "verdict": "proposed"} for a, b in spans
     ]
     labels.write_text(yaml.safe_dump(content))
-    said = check(labels, "-r", path, *(("--manifest", manifest) if exact else ()))
-    assert said.exit_code == 2
-    told = [line for line in said.stdout.splitlines() if "does not lie within" in line]
-    for line, place in zip(told, (0, 2, 3), strict=True):
+    completed = check(labels, "-r", path, *(("--manifest", manifest) if exact else ()))
+    assert completed.exit_code == 2
+    report = [line for line in completed.stdout.splitlines() if "does not lie within" in line]
+    for line, place in zip(report, (0, 2, 3), strict=True):
         assert f"intervals.{place}: " in line
         assert "the recording, which runs from " in line
-    assert len(lines(said, labels)) == 3
+    assert len(lines(completed, labels)) == 3
 
 
 def test_labels_of_another_recording_are_told(labels: Path, record: RecordingFactory) -> None:
     path = record("field", "mcap", legs=(Leg(3.0, 0.6, 0.0),))
-    said = check(labels, "-r", path)
-    assert said.exit_code == 2
-    assert "none of the recordings given is called 'field.bag': found field" in said.stdout
+    completed = check(labels, "-r", path)
+    assert completed.exit_code == 2
+    assert "none of the recordings given is called 'field.bag': found field" in completed.stdout
     own = annotation_path(path)
     own.write_text(f"sha256: {'ab' * 32}\ntime_zero_ns: 0\nrecording: {path.name}\n")
-    said = check(own, "-r", path)
-    assert (said.exit_code, lines(said, own)) == (2, [1])
-    assert "labels of another recording" in said.stdout
+    completed = check(own, "-r", path)
+    assert (completed.exit_code, lines(completed, own)) == (2, [1])
+    assert "labels of another recording" in completed.stdout
 
 
 def test_a_recording_that_cannot_be_read_is_a_fault(labels: Path) -> None:
     (labels.parent / "field.bag").write_bytes(b"no bag")
-    said = check(labels, "-r", labels.parent / "field.bag")
-    assert said.exit_code == 2
-    assert "its recording cannot be read: " in said.stdout
+    completed = check(labels, "-r", labels.parent / "field.bag")
+    assert completed.exit_code == 2
+    assert "its recording cannot be read: " in completed.stdout
 
 
 VALUES = st.recursive(
@@ -235,5 +235,5 @@ def test_whatever_a_file_says_it_is_sound_just_where_a_build_reads_it(
         except GraspeError:
             assert found.faults
         else:
-            told = [fault.text for fault in found.faults]
-            assert all("before the one above" in text or "overlaps" in text for text in told)
+            report = [fault.text for fault in found.faults]
+            assert all("before the one above" in text or "overlaps" in text for text in report)

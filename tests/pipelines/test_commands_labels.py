@@ -38,10 +38,10 @@ def propose(manifest: Path, *recordings: object) -> Result:
     return CliRunner().invoke(app, words)
 
 
-def verdict(path: Path, number: int, **said: object) -> None:
+def verdict(path: Path, number: int, **changes: object) -> None:
     """Do what a person does in an editor."""
     content = yaml.safe_load(path.read_text())
-    content["intervals"][number] |= said
+    content["intervals"][number] |= changes
     path.write_text(yaml.safe_dump(content))
 
 
@@ -50,10 +50,10 @@ def kinds(annotation: Annotation) -> list[tuple[str, str]]:
 
 
 def test_the_draft_lies_beside_the_recording_and_is_about_it(stuck: Path, manifest: Path) -> None:
-    said = propose(manifest, stuck)
-    assert (said.exit_code, said.stderr) == (0, "")
+    result = propose(manifest, stuck)
+    assert (result.exit_code, result.stderr) == (0, "")
     path = annotation_path(stuck)
-    assert f"{path}: " in said.stdout
+    assert f"{path}: " in result.stdout
     digest = recording_digest(stuck)
     draft = read_annotation(path, digest)
     assert (draft.recording, draft.sha256) == (stuck.name, digest)
@@ -133,8 +133,8 @@ def test_proposals_that_nobody_reviewed_follow_the_rules_of_today(
     changed = recipe.dataset.model_dump(mode="json")
     changed["proposals"]["stuck"] = None
     manifest.write_text(yaml.safe_dump(changed))
-    said = propose(manifest, stuck)
-    assert "stuck not judged: switched off" in said.stdout
+    result = propose(manifest, stuck)
+    assert "stuck not judged: switched off" in result.stdout
     draft = read_annotation(path)
     assert "stuck" not in {kind for kind, _ in kinds(draft)}
     assert "switched off" in draft.not_judged["stuck"]
@@ -144,9 +144,9 @@ def test_several_recordings_stand_after_one_option(
     record: RecordingFactory, manifest: Path
 ) -> None:
     paths = [record(name, legs=FREE_LEGS) for name in ("a", "b", "c")]
-    said = propose(manifest, *paths)
-    assert said.exit_code == 0
-    assert len(said.stdout.splitlines()) == 3
+    result = propose(manifest, *paths)
+    assert result.exit_code == 0
+    assert len(result.stdout.splitlines()) == 3
     assert all(annotation_path(path).is_file() for path in paths)
 
 
@@ -161,11 +161,11 @@ def test_a_bad_recording_stops_no_other_and_is_exit_code_3(
 ) -> None:
     bad, good = record.folder / "bad.bag", record("good", legs=FREE_LEGS)
     bad.write_text("no recording")
-    said = propose(manifest, bad, good)
-    assert said.exit_code == 3
-    assert "bad.bag" in said.stderr
-    assert "Traceback" not in said.stderr
-    assert "good" in said.stdout
+    result = propose(manifest, bad, good)
+    assert result.exit_code == 3
+    assert "bad.bag" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert "good" in result.stdout
     assert annotation_path(good).is_file()
     assert not annotation_path(bad).exists()
 
@@ -177,9 +177,9 @@ def test_labels_that_are_no_labels_or_of_another_recording_are_refused_and_left(
     annotation_path(one).write_text("intervals: {")
     annotation_path(two).write_text(f"sha256: {'f' * 64}\ntime_zero_ns: 0\n")
     before = [annotation_path(path).read_bytes() for path in (one, two)]
-    said = propose(manifest, one, two, three)
-    assert said.exit_code == 3
-    assert "not valid YAML" in said.stderr
-    assert "labels of another recording" in said.stderr
+    result = propose(manifest, one, two, three)
+    assert result.exit_code == 3
+    assert "not valid YAML" in result.stderr
+    assert "labels of another recording" in result.stderr
     assert [annotation_path(path).read_bytes() for path in (one, two)] == before
     assert annotation_path(three).is_file()

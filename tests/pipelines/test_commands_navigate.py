@@ -57,50 +57,50 @@ def graspe(*words: object) -> Result:
 
 
 def navigate(scenario: Path, config: Path, out: Path, *more: object) -> Result:
-    told = ("--config", config, "--out", out, "--trials", 2, *more)
-    return graspe("navigate", "run", scenario, *METHODS, *told)
+    report = ("--config", config, "--out", out, "--trials", 2, *more)
+    return graspe("navigate", "run", scenario, *METHODS, *report)
 
 
 def test_all_methods_meet_the_same_seeds(scenario: Path, config: Path, tmp_path: Path) -> None:
-    said = navigate(scenario, config, tmp_path / "out", "--seed", 7, "--json")
-    assert said.exit_code == 0, said.output
-    told = json.loads(said.stdout)
-    assert [(trial["method"], trial["seed"]) for trial in told] == [
+    result = navigate(scenario, config, tmp_path / "out", "--seed", 7, "--json")
+    assert result.exit_code == 0, result.output
+    report = json.loads(result.stdout)
+    assert [(trial["method"], trial["seed"]) for trial in report] == [
         (method, seed) for seed in (7, 8) for method in ("dwa_fox", "dwa_lab")
     ]
-    assert {trial["outcome"] for trial in told} == {"timeout"}
+    assert {trial["outcome"] for trial in report} == {"timeout"}
 
 
 def test_another_goal_can_be_driven_to(scenario: Path, config: Path, tmp_path: Path) -> None:
-    said = navigate(scenario, config, tmp_path / "out", "--goal", "2", "-1.5")
-    assert said.exit_code == 0, said.output
+    result = navigate(scenario, config, tmp_path / "out", "--goal", "2", "-1.5")
+    assert result.exit_code == 0, result.output
     kept = json.loads((tmp_path / "out" / "lane" / "conditions.json").read_text())
     assert kept["scenario"]["goal"] == [2.0, -1.5]
 
 
 def test_it_prints_what_came_of_each_method(scenario: Path, config: Path, tmp_path: Path) -> None:
-    said = navigate(scenario, config, tmp_path / "out")
-    assert said.exit_code == 0, said.output
-    assert said.stdout.count("2 timeout") == 2
+    result = navigate(scenario, config, tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.count("2 timeout") == 2
 
 
 def test_tables_are_made_of_the_files(scenario: Path, config: Path, tmp_path: Path) -> None:
     navigate(scenario, config, tmp_path / "out")
-    said = graspe("navigate", "table", tmp_path / "out", "--method", "dwa_lab")
-    assert said.exit_code == 0, said.output
-    assert said.stdout.strip() == (tmp_path / "out" / "navigation.md").read_text().strip()
-    assert "| dwa_lab | 0 (0 to 66; n = 2) |" in said.stdout
+    result = graspe("navigate", "table", tmp_path / "out", "--method", "dwa_lab")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.strip() == (tmp_path / "out" / "navigation.md").read_text().strip()
+    assert "| dwa_lab | 0 (0 to 66; n = 2) |" in result.stdout
     rows = list(csv.DictReader((tmp_path / "out" / "navigation.csv").open()))
     assert [(row["method"], row["timeout"]) for row in rows] == [("dwa_lab", "2")]
-    said = graspe("navigate", "table", tmp_path / "out", "--out", tmp_path / "there", "--json")
-    assert [record["method"] for record in json.loads(said.stdout)] == ["dwa_fox", "dwa_lab"]
+    result = graspe("navigate", "table", tmp_path / "out", "--out", tmp_path / "there", "--json")
+    assert [record["method"] for record in json.loads(result.stdout)] == ["dwa_fox", "dwa_lab"]
     assert (tmp_path / "there" / "navigation.csv").is_file()
 
 
 def test_a_world_is_drawn_with_all_ways(scenario: Path, config: Path, tmp_path: Path) -> None:
     navigate(scenario, config, tmp_path / "out", "--seed", 7)
-    said = graspe("navigate", "picture", tmp_path / "out", "lane", 7)
-    assert said.exit_code == 0, said.output
+    result = graspe("navigate", "picture", tmp_path / "out", "lane", 7)
+    assert result.exit_code == 0, result.output
     drawn = cv2.imread(str(tmp_path / "out" / "lane" / "7.png"))
     assert drawn is not None
     assert min(drawn.shape[:2]) > 400
@@ -110,17 +110,17 @@ def test_a_world_is_drawn_with_all_ways(scenario: Path, config: Path, tmp_path: 
 
 
 def test_a_picture_of_no_trial_is_refused(tmp_path: Path) -> None:
-    said = graspe("navigate", "picture", tmp_path, "lane", 7)
-    assert said.exit_code == 1
-    assert "no trials of seed 7" in str(said.exception)
+    result = graspe("navigate", "picture", tmp_path, "lane", 7)
+    assert result.exit_code == 1
+    assert "no trials of seed 7" in str(result.exception)
 
 
 def test_an_unknown_setting_is_named(scenario: Path, tmp_path: Path) -> None:
     config = tmp_path / "trials.yaml"
     config.write_text(yaml.safe_dump({"trial": {"time_limit": 5}}))
-    said = navigate(scenario, config, tmp_path / "out")
-    assert said.exit_code == 1
-    assert "Did you mean 'time_limit_s'?" in str(said.exception)
+    result = navigate(scenario, config, tmp_path / "out")
+    assert result.exit_code == 1
+    assert "Did you mean 'time_limit_s'?" in str(result.exception)
 
 
 @pytest.mark.parametrize(
@@ -131,13 +131,13 @@ def test_what_is_not_installed_is_named(
 ) -> None:
     without = f"import sys; sys.modules[{missing!r}] = None; "
     called = f"{without}from pipelines.command_line import main; main()"
-    said = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", called, "navigate", "run", scenario, *METHODS],
         capture_output=True,
         text=True,
         check=False,
         cwd=tmp_path,
     )
-    assert said.returncode == 1
-    assert f"pip install '{extra}'" in said.stderr
-    assert "Traceback" not in said.stderr
+    assert result.returncode == 1
+    assert f"pip install '{extra}'" in result.stderr
+    assert "Traceback" not in result.stderr

@@ -54,10 +54,10 @@ def simulate(scenario: Path, out: Path, *more: object) -> Result:
 
 def test_every_seed_makes_a_recording_with_its_truth_beside(scenario: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    said = simulate(scenario, out, "--recordings", 2, "--seed", 7, "--json")
-    assert said.exit_code == 0, said.output
-    told = json.loads(said.stdout)
-    assert [item["path"] for item in told] == [str(out / f"yard-{seed}.bag") for seed in (7, 8)]
+    result = simulate(scenario, out, "--recordings", 2, "--seed", 7, "--json")
+    assert result.exit_code == 0, result.output
+    report = json.loads(result.stdout)
+    assert [item["path"] for item in report] == [str(out / f"yard-{seed}.bag") for seed in (7, 8)]
     assert sorted(path.name for path in out.iterdir()) == sorted(
         f"yard-{seed}.bag{suffix}" for seed in (7, 8) for suffix in ("", ".truth.yaml")
     )
@@ -76,11 +76,11 @@ def test_ros_2_recordings_are_folders(
 def test_a_robots_habits_have_a_recording_of_their_own(scenario: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert simulate(scenario, out).exit_code == 0
-    said = simulate(scenario, out, "--habits", "spot_ros1", "--json")
-    assert said.exit_code == 0, said.output
-    (told,) = json.loads(said.stdout)
+    result = simulate(scenario, out, "--habits", "spot_ros1", "--json")
+    assert result.exit_code == 0, result.output
+    (report,) = json.loads(result.stdout)
     path = out / "yard-0-spot_ros1.bag"
-    assert told["path"] == str(path)
+    assert report["path"] == str(path)
     assert truth_path(path).is_file()
     with open_recording(path) as recording:
         assert {"/spot/odometry", "/spot/lidar/points", "/tf"} <= recording.topics.keys()
@@ -92,10 +92,10 @@ def test_a_robots_habits_have_a_recording_of_their_own(scenario: Path, tmp_path:
 def test_habits_that_nobody_has_are_refused_before_anything_is_written(
     scenario: Path, tmp_path: Path
 ) -> None:
-    said = simulate(scenario, tmp_path / "out", "--habits", "spot_ros")
-    assert said.exit_code != 0
-    assert isinstance(said.exception, ManifestError)
-    assert "Did you mean 'spot_ros" in str(said.exception)
+    result = simulate(scenario, tmp_path / "out", "--habits", "spot_ros")
+    assert result.exit_code != 0
+    assert isinstance(result.exception, ManifestError)
+    assert "Did you mean 'spot_ros" in str(result.exception)
 
 
 def test_the_number_of_workers_changes_no_byte(scenario: Path, tmp_path: Path) -> None:
@@ -116,9 +116,9 @@ def test_what_is_there_stays_and_what_was_cut_off_is_made_again(
     cut_off = out / ".yard-1.bag.0a1b2c3d.partial"
     cut_off.mkdir()
     (cut_off / "yard-1.bag").write_bytes(b"half")
-    said = simulate(scenario, out, "--recordings", 2)
-    assert said.exit_code == 0
-    assert "was there" in said.stdout
+    result = simulate(scenario, out, "--recordings", 2)
+    assert result.exit_code == 0
+    assert "was there" in result.stdout
     assert kept.stat().st_mtime_ns == since
     assert not cut_off.exists()
     assert (out / "yard-1.bag").is_file()
@@ -128,31 +128,31 @@ def test_a_recording_of_another_scenario_is_not_taken_for_this_one(
     scenario: Path, tmp_path: Path
 ) -> None:
     simulate(scenario, tmp_path / "out")
-    said = simulate(scenario, tmp_path / "out", "--duration", 3)
-    assert said.exit_code == 1
-    assert "is not of this scenario as it stands now" in str(said.exception)
+    result = simulate(scenario, tmp_path / "out", "--duration", 3)
+    assert result.exit_code == 1
+    assert "is not of this scenario as it stands now" in str(result.exception)
 
 
 def test_a_world_that_cannot_be_is_named(scenario: Path, tmp_path: Path) -> None:
     inside = {"kind": "pillar", "at": [[0.2, 0.0]]}
     world = SCENARIO["world"] | {"features": [inside]}
     scenario.write_text(yaml.safe_dump(SCENARIO | {"world": world}))
-    said = simulate(scenario, tmp_path / "out")
-    assert said.exit_code == 1
-    assert "pillar" in str(said.exception)
+    result = simulate(scenario, tmp_path / "out")
+    assert result.exit_code == 1
+    assert "pillar" in str(result.exception)
     assert not list((tmp_path / "out").iterdir())
 
 
 def test_without_open3d_it_says_what_to_install(scenario: Path, tmp_path: Path) -> None:
     without = "import sys; sys.modules['open3d'] = None; from pipelines.command_line import main"
-    said = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", f"{without}; main()", "simulate", scenario, "--out", tmp_path],
         capture_output=True,
         text=True,
         check=False,
     )
-    assert said.returncode == 1
-    assert said.stderr == (
+    assert result.returncode == 1
+    assert result.stderr == (
         "graspe: graspe simulate casts its rays with Open3D, which is not installed: "
         "pip install 'graspe[simulation]'.\n"
     )
@@ -162,34 +162,34 @@ def test_the_rules_are_scored_against_the_truth(scenario: Path, tmp_path: Path) 
     simulate(scenario, tmp_path / "out", "--recordings", 2)
     rules = tmp_path / "rules.yaml"
     rules.write_text(yaml.safe_dump(DATASET))
-    said = graspe("label", "score", tmp_path / "out", "--recipe", rules, "--json")
-    assert said.exit_code == 0, said.output
-    told = json.loads(said.stdout)
-    assert told["recordings"] == 2
-    assert set(told["events"]) == {"stuck", "collision", "stumble"}
-    assert told["steps"]["steps"] == told["steps"]["judged"] > 0
-    assert told["steps"]["agreement"] == 1.0
-    said = graspe("label", "score", tmp_path / "out", "--recipe", rules)
-    assert "100.0 % agree with the truth" in " ".join(said.stdout.split())
+    result = graspe("label", "score", tmp_path / "out", "--recipe", rules, "--json")
+    assert result.exit_code == 0, result.output
+    report = json.loads(result.stdout)
+    assert report["recordings"] == 2
+    assert set(report["events"]) == {"stuck", "collision", "stumble"}
+    assert report["steps"]["steps"] == report["steps"]["judged"] > 0
+    assert report["steps"]["agreement"] == 1.0
+    result = graspe("label", "score", tmp_path / "out", "--recipe", rules)
+    assert "100.0 % agree with the truth" in " ".join(result.stdout.split())
 
 
 def test_another_horizon_or_no_truth_is_refused(scenario: Path, tmp_path: Path) -> None:
     simulate(scenario, tmp_path / "out")
     rules = tmp_path / "rules.yaml"
     rules.write_text(yaml.safe_dump(DATASET | {"horizon": {"steps": 2, "step_s": 0.2}}))
-    said = graspe("label", "score", tmp_path / "out", "--recipe", rules)
-    assert said.exit_code == 3
-    assert "the dataset's horizon has 2 of 0.2 s" in said.stderr
+    result = graspe("label", "score", tmp_path / "out", "--recipe", rules)
+    assert result.exit_code == 3
+    assert "the dataset's horizon has 2 of 0.2 s" in result.stderr
 
 
 def test_another_rate_of_the_sensors_is_recorded_and_makes_rows(
     scenario: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    said = simulate(scenario, out, "--sensor-rate", 1, "--duration", 4)
-    assert said.exit_code == 0, said.output
-    told = json.loads(graspe("inspect", out / "yard-0.bag", "--json").stdout)
-    assert "no image has a cloud" not in json.dumps(told)
+    result = simulate(scenario, out, "--sensor-rate", 1, "--duration", 4)
+    assert result.exit_code == 0, result.output
+    report = json.loads(graspe("inspect", out / "yard-0.bag", "--json").stdout)
+    assert "no image has a cloud" not in json.dumps(report)
     again = simulate(scenario, out, "--duration", 4)
     assert again.exit_code == 1
     wrong = simulate(scenario, tmp_path / "other", "--sensor-rate", 3)

@@ -87,10 +87,10 @@ def zoo(*words: object) -> Result:
 
 
 def test_the_list_names_presets_parameters_and_columns() -> None:
-    told = json.loads(zoo("list", "--json").stdout)
-    assert told["nmfnet"]["parameters"]["paper"] == 3_915_091
-    assert told["paad"]["columns"] == ["image", "trajectory_image", "laser_scan"]
-    assert set(told) == {
+    report = json.loads(zoo("list", "--json").stdout)
+    assert report["nmfnet"]["parameters"]["paper"] == 3_915_091
+    assert report["paad"]["columns"] == ["image", "trajectory_image", "laser_scan"]
+    assert set(report) == {
         "graspe",
         "graspe_gated",
         "graspe_no_agnn",
@@ -109,8 +109,8 @@ def test_a_run_trains_evaluates_and_compares_and_does_nothing_twice(
     out = tmp_path / "runs"
     budget = ("--recipe", recipe, "--model", "paad", "--clean", "--workers", 0)
     words = ("run", "--data", dataset, "--out", out, *budget)
-    said = zoo(*words)
-    assert said.exit_code == 0, said.output
+    result = zoo(*words)
+    assert result.exit_code == 0, result.output
     assert "paad" in (out / "comparison" / "comparison.md").read_text()
     files = {path: path.stat().st_mtime_ns for path in (out / "paad-small-0").rglob("*.json")}
     assert zoo(*words).exit_code == 0
@@ -125,15 +125,15 @@ def test_a_finished_run_goes_on_to_more_epochs(dataset: Path, tmp_path: Path) ->
     words = ("train", "paad", "--data", dataset, "--recipe", recipe, "--workers", 0)
     small = ("--set", "trunk_width=2")
     assert zoo(*words, "--out", first, *small).exit_code == 0
-    said = zoo(*words, "--out", longer, "--from", first, "--epochs", 2, *small)
-    assert said.exit_code == 0, said.output
-    told = json.loads((longer / "checkpoint" / "metrics.json").read_text())
-    assert (told["epochs"], told["steps"]) == (2, 6)
+    result = zoo(*words, "--out", longer, "--from", first, "--epochs", 2, *small)
+    assert result.exit_code == 0, result.output
+    report = json.loads((longer / "checkpoint" / "metrics.json").read_text())
+    assert (report["epochs"], report["steps"]) == (2, 6)
     config = json.loads((longer / "checkpoint" / "config.json").read_text())
     assert config["begins_from"]["step"] == 3
-    said = zoo(*words, "--out", tmp_path / "other", "--from", first, "--epochs", 2)
-    assert said.exit_code != 0
-    assert "numbers.trunk_width was 2, is 16" in str(said.exception)
+    result = zoo(*words, "--out", tmp_path / "other", "--from", first, "--epochs", 2)
+    assert result.exit_code != 0
+    assert "numbers.trunk_width was 2, is 16" in str(result.exception)
 
 
 def test_training_and_evaluating_are_commands_of_their_own(
@@ -141,23 +141,23 @@ def test_training_and_evaluating_are_commands_of_their_own(
 ) -> None:
     run = tmp_path / "run"
     words = ("--data", dataset, "--out", run, "--recipe", recipe, "--workers", 0)
-    said = zoo("train", "paad", *words, "--set", "trunk_width=12")
-    assert said.exit_code == 0, said.output
+    result = zoo("train", "paad", *words, "--set", "trunk_width=12")
+    assert result.exit_code == 0, result.output
     config = json.loads((run / "checkpoint" / "config.json").read_text())
     assert (config["preset"], config["numbers"]["trunk_width"]) == ("small", 12)
-    said = zoo("evaluate", run / "checkpoint", "--data", dataset, "--clean")
-    assert said.exit_code == 0, said.output
-    assert "AU-ROC" in said.stdout
-    said = zoo("compare", run / "evaluation-clean.json", "--out", tmp_path / "compared")
-    assert said.exit_code == 0, said.output
+    result = zoo("evaluate", run / "checkpoint", "--data", dataset, "--clean")
+    assert result.exit_code == 0, result.output
+    assert "AU-ROC" in result.stdout
+    result = zoo("compare", run / "evaluation-clean.json", "--out", tmp_path / "compared")
+    assert result.exit_code == 0, result.output
     assert (tmp_path / "compared" / "comparison.csv").is_file()
 
 
 def test_where_nothing_can_be_written_nothing_is_predicted(dataset: Path, tmp_path: Path) -> None:
     for out in (tmp_path, tmp_path / "nowhere" / "evaluation.json"):
-        said = zoo("evaluate", tmp_path / "checkpoint", "--data", dataset, "--out", out)
-        assert isinstance(said.exception, ZooError)
-        assert str(said.exception).startswith(f"{out}: ")
+        result = zoo("evaluate", tmp_path / "checkpoint", "--data", dataset, "--out", out)
+        assert isinstance(result.exception, ZooError)
+        assert str(result.exception).startswith(f"{out}: ")
 
 
 @pytest.mark.parametrize(
@@ -172,9 +172,9 @@ def test_a_run_checks_all_before_the_first_step(
     words: tuple[str, ...], message: str, dataset: Path, recipe: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "runs"
-    said = zoo("run", "--data", dataset, "--out", out, "--recipe", recipe, *words)
-    assert isinstance(said.exception, ZooError)
-    assert re.search(message, str(said.exception))
+    result = zoo("run", "--data", dataset, "--out", out, "--recipe", recipe, *words)
+    assert isinstance(result.exception, ZooError)
+    assert re.search(message, str(result.exception))
     assert not out.exists()
 
 
@@ -227,6 +227,6 @@ def test_a_run_looks_at_all_folders_before_the_first_step(
 def test_what_does_not_fit_is_one_clear_error(
     words: tuple[str, ...], message: str, dataset: Path, tmp_path: Path
 ) -> None:
-    said = zoo(*words, "--data", dataset, "--out", tmp_path / "run")
-    assert isinstance(said.exception, ZooError)
-    assert message in str(said.exception)
+    result = zoo(*words, "--data", dataset, "--out", tmp_path / "run")
+    assert isinstance(result.exception, ZooError)
+    assert message in str(result.exception)

@@ -82,9 +82,9 @@ def test_the_layers_are_part_of_the_key_where_the_column_is_asked_for(
 def test_clouds_on_another_scale_make_no_row_and_the_summary_names_the_key(
     record: RecordingFactory, recipe: DatasetRecipe, tmp_path: Path
 ) -> None:
-    asked = asking(recipe)
-    lidar = asked.robot.lidar.model_copy(update={"intensity_maximum": 65535.0})
-    wrong = asked.model_copy(update={"robot": asked.robot.model_copy(update={"lidar": lidar})})
+    moment = asking(recipe)
+    lidar = moment.robot.lidar.model_copy(update={"intensity_maximum": 65535.0})
+    wrong = moment.model_copy(update={"robot": moment.robot.model_copy(update={"lidar": lidar})})
     episode = process_recording(RecordingTask(record(), wrong, tmp_path / "episodes"))
     assert not isinstance(episode, Refusal)
     assert episode.extracted.rows == 0

@@ -171,12 +171,12 @@ def _run_child(folder: Path, numbers: list[int]) -> list[Case]:
     )
     cases: list[Case] = []
     for line in child.stdout.splitlines():
-        told = json.loads(line)
-        if "name" in told:
-            cases.append(Case(told["case"], told["name"], told["damages"]))
+        report = json.loads(line)
+        if "name" in report:
+            cases.append(Case(report["case"], report["name"], report["damages"]))
         else:
-            cases[-1].outcome, cases[-1].reasons = told["outcome"], told["reasons"]
-            cases[-1].peak_mib = told.get("peak_mib", 0.0)
+            cases[-1].outcome, cases[-1].reasons = report["outcome"], report["reasons"]
+            cases[-1].peak_mib = report.get("peak_mib", 0.0)
     assert cases, child.stderr
     if cases[-1].outcome == "died":
         cases[-1].reasons = [f"exit code {child.returncode}: {child.stderr[-2000:]}"]

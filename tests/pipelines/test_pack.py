@@ -115,14 +115,14 @@ def test_the_sizes_before_and_after_are_said_and_what_was_left_out(
     dataset: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "sent.tar"
-    told = json.loads(pack(dataset, "--out", out, "--json").stdout)
+    printed = json.loads(pack(dataset, "--out", out, "--json").stdout)
     before = sum(path.stat().st_size for path in dataset.rglob("*") if path.is_file())
-    assert (told["bytes_before"], told["bytes_after"]) == (before, out.stat().st_size)
-    assert told["left_out"] == {".x.npz.12.partial": 4, "episodes": 50_000, "notes.txt": 4}
-    said = pack(dataset, "--out", out)
-    assert said.exit_code == 0
+    assert (printed["bytes_before"], printed["bytes_after"]) == (before, out.stat().st_size)
+    assert printed["left_out"] == {".x.npz.12.partial": 4, "episodes": 50_000, "notes.txt": 4}
+    result = pack(dataset, "--out", out)
+    assert result.exit_code == 0
     for part in (f"{before / 1e6:.1f} MB", read_index(dataset).dataset_digest, "notes.txt"):
-        assert part in said.stdout
+        assert part in result.stdout
 
 
 def test_without_out_the_tar_lies_beside_the_dataset(

@@ -36,34 +36,34 @@ def lawn(folder: Path, **changes: Any) -> Simulation:
 
 
 def test_a_damaged_recording_is_made_again_only_where_that_is_asked(tmp_path: Path) -> None:
-    asked, out = [lawn(tmp_path)], tmp_path / "out"
-    (made,) = simulate(asked, out, Workers(1), Silent())
+    moment, out = [lawn(tmp_path)], tmp_path / "out"
+    (made,) = simulate(moment, out, Workers(1), Silent())
     whole = made.path.read_bytes()
     made.path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(RecordingError):
-        simulate(asked, out, Workers(1), Silent())
-    simulate(asked, out, Workers(1), Silent(), replace=True)
+        simulate(moment, out, Workers(1), Silent())
+    simulate(moment, out, Workers(1), Silent(), replace=True)
     assert made.path.read_bytes() == whole
 
 
 def test_a_recording_in_another_container_or_of_another_robot_is_not_taken_for_it(
     tmp_path: Path,
 ) -> None:
-    asked, out = lawn(tmp_path), tmp_path / "out"
-    simulate([asked], out, Workers(1), Silent())
-    wider = asked.robot.footprint.model_copy(update={"width": 0.6})
-    other = asked.robot.model_copy(update={"footprint": wider})
+    moment, out = lawn(tmp_path), tmp_path / "out"
+    simulate([moment], out, Workers(1), Silent())
+    wider = moment.robot.footprint.model_copy(update={"width": 0.6})
+    other = moment.robot.model_copy(update={"footprint": wider})
     with pytest.raises(RecordingError, match="not of this scenario"):
-        simulate([Simulation(asked.scenario, other, 0, "bag")], out, Workers(1), Silent())
+        simulate([Simulation(moment.scenario, other, 0, "bag")], out, Workers(1), Silent())
     for container in ("mcap", "db3"):
-        told = simulate(
-            [Simulation(asked.scenario, asked.robot, 0, container)],
+        simulated = simulate(
+            [Simulation(moment.scenario, moment.robot, 0, container)],
             tmp_path / "out2",
             Workers(1),
             Silent(),
             replace=True,
         )
-        assert any(container in path.name for path in told[0].path.iterdir())
+        assert any(container in path.name for path in simulated[0].path.iterdir())
 
 
 def test_two_that_record_the_same_at_once_leave_one_whole_recording(tmp_path: Path) -> None:

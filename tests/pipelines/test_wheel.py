@@ -56,10 +56,10 @@ def test_an_installed_wheel_finds_its_manifests(wheel: Path, tmp_path: Path) -> 
         *("--target", str(target), str(wheel)),
     )
     assert done.returncode == 0, done.stderr
-    said = _python("-c", LOOK, cwd=tmp_path, first=target)
-    assert said.returncode == 0, said.stderr
-    assert said.stdout.count(str(target)) == 3
-    assert "kitti" in said.stdout
+    result = _python("-c", LOOK, cwd=tmp_path, first=target)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.count(str(target)) == 3
+    assert "kitti" in result.stdout
     command = _python(str(target / "bin" / "graspe"), "--help", cwd=tmp_path, first=target)
     assert command.returncode == 0, command.stderr
     assert "Usage: graspe" in command.stdout

@@ -81,23 +81,23 @@ def cloud(stamp_ns: int) -> PointCloud:
     return PointCloud(stamp_ns, "velodyne", xyz, strength.astype(np.float32), ring)
 
 
-def seen_anew(asked: Situation, number: int) -> Situation:
+def seen_anew(moment: Situation, number: int) -> Situation:
     """The same cloud as another turn of a lidar gives it: the last digits differ."""
-    assert asked.cloud is not None
-    xyz = asked.cloud.xyz + np.float32(1e-5 * (number % 100))
-    return with_cloud(asked, xyz=xyz)
+    assert moment.cloud is not None
+    xyz = moment.cloud.xyz + np.float32(1e-5 * (number % 100))
+    return with_cloud(moment, xyz=xyz)
 
 
-def with_cloud(asked: Situation, **changes: Any) -> Situation:
+def with_cloud(moment: Situation, **changes: Any) -> Situation:
     """The situation with some of its cloud changed."""
-    assert asked.cloud is not None
-    return replace(asked, cloud=replace(asked.cloud, **changes))
+    assert moment.cloud is not None
+    return replace(moment, cloud=replace(moment.cloud, **changes))
 
 
-def with_picture(asked: Situation, **changes: Any) -> Situation:
+def with_picture(moment: Situation, **changes: Any) -> Situation:
     """The situation with some of its picture changed."""
-    assert asked.picture is not None
-    return replace(asked, picture=replace(asked.picture, **changes))
+    assert moment.picture is not None
+    return replace(moment, picture=replace(moment.picture, **changes))
 
 
 def stops(command: Command) -> bool:

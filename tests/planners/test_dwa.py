@@ -50,8 +50,8 @@ def drive(planner: Planner, ask: Situations, goal: tuple[float, float], seconds:
         x, y, yaw = pose.tolist()
         v, omega = velocity.tolist()
         command = planner.command(ask(pose=(x, y, yaw), velocity=(v, omega), goal=goal))
-        asked = np.array([command.linear_velocity, command.yaw_rate])
-        velocity = velocity + np.clip(asked - velocity, (-0.1, -0.32), (0.1, 0.32))
+        moment = np.array([command.linear_velocity, command.yaw_rate])
+        velocity = velocity + np.clip(moment - velocity, (-0.1, -0.32), (0.1, 0.32))
         heading = yaw + velocity[1] * PERIOD_S / 2
         way = velocity[0] * PERIOD_S
         step = (way * np.cos(heading), way * np.sin(heading), velocity[1] * PERIOD_S)
@@ -134,17 +134,17 @@ def test_a_command_is_one_of_what_was_considered(
 
 
 def test_the_goal_in_base_link(situation: Situations) -> None:
-    asked = situation(pose=(1.0, 2.0, np.pi / 2), goal=(1.0, 5.0))
-    assert goal_in_base(asked) == pytest.approx([3.0, 0.0])
+    moment = situation(pose=(1.0, 2.0, np.pi / 2), goal=(1.0, 5.0))
+    assert goal_in_base(moment) == pytest.approx([3.0, 0.0])
     assert heading_error(np.array([0.0, 0.0, 0.5]), np.array([3.0, 0.0])) == pytest.approx(-0.5)
 
 
 def _terms(weights: FoxWeights, posts: Posts, ask: Situations) -> tuple[Floats, Floats]:
-    asked = ask(velocity=(0.3, 0.0), goal=(0.0, 8.0))
-    window = velocity_window(LIMITS, asked.velocity, VelocityWindowSettings())
+    moment = ask(velocity=(0.3, 0.0), goal=(0.0, 8.0))
+    window = velocity_window(LIMITS, moment.velocity, VelocityWindowSettings())
     body = body_discs(SPOT, BodySettings())
-    way = free_way(window.velocities, posts.points(asked), body)
-    goal = goal_in_base(asked)
+    way = free_way(window.velocities, posts.points(moment), body)
+    goal = goal_in_base(moment)
     return window.velocities, fox_objective(window, way, goal, LIMITS, 0.5, weights)
 
 
@@ -167,10 +167,10 @@ def test_each_term_is_within_0_and_1_and_does_what_it_says(situation: Situations
 
 def test_free_way_beyond_the_goal_does_not_count(situation: Situations) -> None:
     only = FoxWeights(heading=0, distance=1, velocity=0, smoothing=0)
-    asked = situation(velocity=(0.3, 0.0), goal=(0.0, 1.2))
-    window = velocity_window(LIMITS, asked.velocity, VelocityWindowSettings())
+    moment = situation(velocity=(0.3, 0.0), goal=(0.0, 1.2))
+    window = velocity_window(LIMITS, moment.velocity, VelocityWindowSettings())
     way = free_way(window.velocities, np.empty((0, 2)), body_discs(SPOT, BodySettings()))
-    value = fox_objective(window, way, goal_in_base(asked), LIMITS, 0.5, only)
+    value = fox_objective(window, way, goal_in_base(moment), LIMITS, 0.5, only)
     np.testing.assert_allclose(value, 1.2 / only.longest_distance)
 
 

@@ -227,14 +227,14 @@ def test_bad_clouds_stop_the_robot_with_a_reason(robot: Robot, situation: Situat
     source = IntensitySource(robot, Transform(np.eye(3), np.array([0.2, 0.0, 0.35])))
     guard = GuardSettings(needs_picture=False)
     guarded = Guarded(DwaMap(robot, source, MapDwaSettings()), robot.limits, guard)
-    asked = situation(velocity=(0.05, 0.0))
-    assert asked.cloud is not None
-    dark = replace(asked.cloud, intensity=np.zeros(len(asked.cloud.xyz), np.float32))
+    moment = situation(velocity=(0.05, 0.0))
+    assert moment.cloud is not None
+    dark = replace(moment.cloud, intensity=np.zeros(len(moment.cloud.xyz), np.float32))
     for cloud, reason in (
         (None, "there is no cloud"),
-        (asked.cloud, "stop: no planning map: The cloud has no intensity"),
+        (moment.cloud, "stop: no planning map: The cloud has no intensity"),
         (dark, "intensities are 0"),
     ):
-        command = guarded.command(replace(asked, cloud=cloud))
+        command = guarded.command(replace(moment, cloud=cloud))
         assert (command.linear_velocity, command.yaw_rate) == (0, 0)
         assert reason in command.reason

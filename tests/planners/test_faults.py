@@ -50,10 +50,10 @@ class Fault(NamedTuple):
 def strengths(change: Callable[[np.ndarray], Any]) -> Change:
     """Another intensity of the same returns."""
 
-    def changed(asked: Situation) -> Situation:
-        assert asked.cloud is not None
-        assert asked.cloud.intensity is not None
-        return with_cloud(asked, intensity=change(asked.cloud.intensity.copy()))
+    def changed(moment: Situation) -> Situation:
+        assert moment.cloud is not None
+        assert moment.cloud.intensity is not None
+        return with_cloud(moment, intensity=change(moment.cloud.intensity.copy()))
 
     return changed
 
@@ -61,9 +61,9 @@ def strengths(change: Callable[[np.ndarray], Any]) -> Change:
 def returns(change: Callable[[np.ndarray], Any]) -> Change:
     """Other points with all else as it was."""
 
-    def changed(asked: Situation) -> Situation:
-        assert asked.cloud is not None
-        return with_cloud(asked, xyz=change(asked.cloud.xyz.copy()))
+    def changed(moment: Situation) -> Situation:
+        assert moment.cloud is not None
+        return with_cloud(moment, xyz=change(moment.cloud.xyz.copy()))
 
     return changed
 
@@ -77,38 +77,40 @@ def saturated(strength: np.ndarray) -> np.ndarray:
 def late(name: str, seconds: float) -> Change:
     """A picture or a cloud of so long before now."""
 
-    def changed(asked: Situation) -> Situation:
-        stamp_ns = asked.now_ns - round(seconds * SECOND)
+    def changed(moment: Situation) -> Situation:
+        stamp_ns = moment.now_ns - round(seconds * SECOND)
         change = with_picture if name == "picture" else with_cloud
-        return change(asked, stamp_ns=stamp_ns)
+        return change(moment, stamp_ns=stamp_ns)
 
     return changed
 
 
 def odometry(seconds: float) -> Change:
     """Odometry that ended so long before now."""
-    return lambda asked: replace(
-        asked, motions=motions_until(asked.now_ns - round(seconds * SECOND), DRIVEN)
+    return lambda moment: replace(
+        moment, motions=motions_until(moment.now_ns - round(seconds * SECOND), DRIVEN)
     )
 
 
 def one(**changes: Any) -> Change:
-    return lambda asked: replace(asked, **changes)
+    return lambda moment: replace(moment, **changes)
 
 
-def swapped(asked: Situation) -> Situation:
+def swapped(moment: Situation) -> Situation:
     """The latest motion comes a quarter of a second early."""
-    return replace(asked, motions=(*asked.motions[:-6], asked.motions[-1], *asked.motions[-6:-1]))
+    return replace(
+        moment, motions=(*moment.motions[:-6], moment.motions[-1], *moment.motions[-6:-1])
+    )
 
 
-def leaping(asked: Situation) -> Situation:
+def leaping(moment: Situation) -> Situation:
     """Odometry in which the robot was elsewhere half a second ago."""
     moved = [
-        replace(m, position=(20.0, 0.0, 0.0)) if m.stamp_ns < asked.now_ns - SECOND // 2 else m
-        for m in asked.motions
+        replace(m, position=(20.0, 0.0, 0.0)) if m.stamp_ns < moment.now_ns - SECOND // 2 else m
+        for m in moment.motions
         if m.stamp_ns is not None
     ]
-    return replace(asked, motions=tuple(moved))
+    return replace(moment, motions=tuple(moved))
 
 
 def motions_standing() -> tuple[Motion, ...]:
@@ -120,29 +122,29 @@ def motions_standing() -> tuple[Motion, ...]:
 def some(which: Callable[[np.ndarray], np.ndarray]) -> Change:
     """Only some of the returns."""
 
-    def changed(asked: Situation) -> Situation:
-        cloud = asked.cloud
+    def changed(moment: Situation) -> Situation:
+        cloud = moment.cloud
         assert cloud is not None
         assert cloud.intensity is not None
         assert cloud.ring is not None
         kept = which(cloud.xyz)
         return with_cloud(
-            asked, xyz=cloud.xyz[kept], intensity=cloud.intensity[kept], ring=cloud.ring[kept]
+            moment, xyz=cloud.xyz[kept], intensity=cloud.intensity[kept], ring=cloud.ring[kept]
         )
 
     return changed
 
 
 def in_frame(frame: str) -> Change:
-    return lambda asked: with_cloud(asked, frame=frame)
+    return lambda moment: with_cloud(moment, frame=frame)
 
 
 def seen_in(frame: str) -> Change:
-    return lambda asked: with_picture(asked, frame=frame)
+    return lambda moment: with_picture(moment, frame=frame)
 
 
 def grey(shape: tuple[int, ...], dtype: type = np.uint8) -> Change:
-    return lambda asked: with_picture(asked, rgb=np.full(shape, 200, dtype))
+    return lambda moment: with_picture(moment, rgb=np.full(shape, 200, dtype))
 
 
 BAD_FRAME = "is in the frame"
@@ -155,7 +157,7 @@ FAULTS = {
     "a picture in grey": Fault(grey((48, 64)), "expected uint8 (H, W, 3)", BY_MODEL),
     "a picture in floats": Fault(grey((48, 64, 3), np.float32), "expected uint8", BY_MODEL),
     "a picture that is no array": Fault(
-        lambda asked: with_picture(asked, rgb=[[0]]), "the picture is a list", BY_MODEL
+        lambda moment: with_picture(moment, rgb=[[0]]), "the picture is a list", BY_MODEL
     ),
     "a picture of another size": Fault(grey((96, 64, 3)), "64x96", BY_MODEL),
     "a picture in the base's frame": Fault(seen_in("base_link"), BAD_FRAME, BY_MODEL),
@@ -172,10 +174,10 @@ FAULTS = {
     "a cloud in a camera's frame": Fault(in_frame("camera_optical"), BAD_FRAME),
     "a cloud that names no frame": Fault(in_frame(""), BAD_FRAME),
     "a cloud that is no array": Fault(
-        lambda asked: with_cloud(asked, xyz=[[1.0, 0.0, 0.0]]), "the cloud is a list"
+        lambda moment: with_cloud(moment, xyz=[[1.0, 0.0, 0.0]]), "the cloud is a list"
     ),
     "a cloud without a stamp": Fault(
-        lambda asked: with_cloud(asked, stamp_ns=None), "the cloud has the stamp None"
+        lambda moment: with_cloud(moment, stamp_ns=None), "the cloud has the stamp None"
     ),
     "a cloud of no returns": Fault(returns(np.zeros_like), "the cloud has no return within 1000 m"),
     "a cloud of one return": Fault(
@@ -198,17 +200,17 @@ FAULTS = {
         returns(lambda xyz: xyz[:, :2]), "expected float32 (N, 3) in metres"
     ),
     "fewer ring numbers than returns": Fault(
-        lambda asked: with_cloud(asked, ring=np.zeros(3, np.int32)),
+        lambda moment: with_cloud(moment, ring=np.zeros(3, np.int32)),
         "the cloud's ring is int32 (3,)",
     ),
     "ring numbers with fractions": Fault(
-        lambda asked: with_cloud(asked, ring=np.zeros(450)), "the cloud's ring is float64"
+        lambda moment: with_cloud(moment, ring=np.zeros(450)), "the cloud's ring is float64"
     ),
     "fewer intensities than returns": Fault(
         strengths(lambda strength: strength[:-1]), "the cloud's intensity is float32 (449,)"
     ),
     "a lidar of 32 rings, declared as 16": Fault(
-        lambda asked: with_cloud(asked, ring=np.arange(450, dtype=np.int32) % 32),
+        lambda moment: with_cloud(moment, ring=np.arange(450, dtype=np.int32) % 32),
         "`lidar.rings` of the robot manifest is 16",
     ),
     "no intensity": Fault(strengths(lambda _: None), "has no intensity", BY_INTENSITY),
@@ -243,7 +245,7 @@ FAULTS = {
         one(velocity=(60.0, 0.0)), "60 m/s, 0 rad/s is beyond twice the robot's limits"
     ),
     "an odometry of a million motions": Fault(
-        lambda asked: replace(asked, motions=tuple(asked.motions) * 300), "at most 20000"
+        lambda moment: replace(moment, motions=tuple(moment.motions) * 300), "at most 20000"
     ),
     "odometry of something else": Fault(one(motions=("moved",)), "the odometry has a str in it"),
     "a pose that is no number": Fault(one(pose=(NAN, 0.0, 0.0)), "the pose is not finite"),
@@ -253,7 +255,7 @@ FAULTS = {
     "no goal": Fault(one(goal=None), "the goal is not finite"),
     "a goal of three numbers": Fault(one(goal=(8.0, 0.0, 0.0)), "the goal has the shape (3,)"),
     "the robot's clock set back": Fault(
-        lambda asked: sound(asked.now_ns - SECOND), "the clock went back", lasts=False
+        lambda moment: sound(moment.now_ns - SECOND), "the clock went back", lasts=False
     ),
 }
 """By what is wrong."""
@@ -278,12 +280,12 @@ def test_a_sound_situation_is_driven(name: str, robots: Robots) -> None:
 def test_a_fault_stops_the_robot_and_says_why(name: str, fault: Fault, robots: Robots) -> None:
     fresh, driving = guarded(name, robots), guarded(name, robots)
     assert driving.command(sound()).reason == ""
-    asked = fault.change(sound(NOW + SECOND // 10))
+    moment = fault.change(sound(NOW + SECOND // 10))
     for planner in (driving,) if "clock went back" in fault.reason else (fresh, driving):
-        command = planner.command(asked)
+        command = planner.command(moment)
         assert stops(command)
         assert fault.reason in command.reason
-        more = [planner.command(asked) for _ in range(3 if fault.lasts else 0)]
+        more = [planner.command(moment) for _ in range(3 if fault.lasts else 0)]
         assert all(each.linear_velocity == 0.0 for each in more[2:])
     later = sound(NOW + SECOND)
     assert driving.command(later).reason == ""
@@ -308,22 +310,22 @@ def test_planners_that_need_no_picture_do_not_look_at_one(name: str, robots: Rob
 
 @pytest.mark.parametrize("name", ALL)
 def test_returns_at_the_origin_and_damage_are_passed_over(name: str, robots: Robots) -> None:
-    asked = sound()
-    assert asked.cloud is not None
-    assert asked.cloud.intensity is not None
-    assert asked.cloud.ring is not None
+    moment = sound()
+    assert moment.cloud is not None
+    assert moment.cloud.intensity is not None
+    assert moment.cloud.ring is not None
     rows = np.array([[0, 0, 0], [NAN, 0, 0], [3e38, 0, 0]] * 20, np.float32)
     damaged = with_cloud(
-        asked,
-        xyz=np.concatenate([rows, asked.cloud.xyz]),
-        intensity=np.concatenate([np.full(60, 230, np.float32), asked.cloud.intensity]),
-        ring=np.concatenate([np.ones(60, np.int32), asked.cloud.ring]),
+        moment,
+        xyz=np.concatenate([rows, moment.cloud.xyz]),
+        intensity=np.concatenate([np.full(60, 230, np.float32), moment.cloud.intensity]),
+        ring=np.concatenate([np.ones(60, np.int32), moment.cloud.ring]),
     )
     whole = robots.robot.model_copy(
         update={"lidar": robots.robot.lidar.model_copy(update={"minimum_range": 0.0})}
     )
     free = robots if name in BY_MODEL else replace(robots, robot=whole)
-    found, expected = (guarded(name, free).command(each) for each in (damaged, asked))
+    found, expected = (guarded(name, free).command(each) for each in (damaged, moment))
     assert _driven(found) == _driven(expected)
 
 

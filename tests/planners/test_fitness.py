@@ -33,18 +33,18 @@ Cloud = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
     ],
 )
 def test_a_lidar_that_does_not_see(situation: Situations, change: Cloud, reason: str) -> None:
-    asked = situation()
-    assert asked.cloud is not None
-    blind = replace(asked.cloud, xyz=change(asked.cloud.xyz), ring=None)
-    assert reason in unfit(replace(asked, cloud=blind), GuardSettings())
+    moment = situation()
+    assert moment.cloud is not None
+    blind = replace(moment.cloud, xyz=change(moment.cloud.xyz), ring=None)
+    assert reason in unfit(replace(moment, cloud=blind), GuardSettings())
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.uint16])
 def test_a_picture_of_another_kind(situation: Situations, dtype: type) -> None:
-    asked = situation()
-    assert asked.picture is not None
-    other = replace(asked.picture, rgb=asked.picture.rgb.astype(dtype))
-    assert "expected uint8 (H, W, 3)" in unfit(replace(asked, picture=other), GuardSettings())
+    moment = situation()
+    assert moment.picture is not None
+    other = replace(moment.picture, rgb=moment.picture.rgb.astype(dtype))
+    assert "expected uint8 (H, W, 3)" in unfit(replace(moment, picture=other), GuardSettings())
 
 
 @pytest.mark.parametrize(
@@ -63,16 +63,16 @@ def test_numbers_that_are_damage(
 
 
 def test_a_stamp_that_is_no_number(situation: Situations) -> None:
-    asked = situation()
-    assert asked.cloud is not None
-    undated = replace(asked.cloud, stamp_ns=cast("int", NAN))
-    assert "the cloud is nan s old" in unfit(replace(asked, cloud=undated), GuardSettings())
+    moment = situation()
+    assert moment.cloud is not None
+    undated = replace(moment.cloud, stamp_ns=cast("int", NAN))
+    assert "the cloud is nan s old" in unfit(replace(moment, cloud=undated), GuardSettings())
 
 
 def test_odometry_that_goes_back(situation: Situations) -> None:
-    asked = situation()
-    swapped = (*asked.motions[:-2], asked.motions[-1], asked.motions[-2])
-    found = unfit(replace(asked, motions=swapped), GuardSettings())
+    moment = situation()
+    swapped = (*moment.motions[:-2], moment.motions[-1], moment.motions[-2])
+    found = unfit(replace(moment, motions=swapped), GuardSettings())
     assert found == "the odometry's stamps go back by 0.05 s"
 
 
@@ -85,18 +85,18 @@ def test_a_clock_that_is_set_back_stops_once(situation: Situations) -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "reason"),
+    ("moment", "reason"),
     [(None, "the situation is None"), ("situation", "the situation is a str")],
 )
-def test_what_is_no_situation(asked: Any, reason: str) -> None:
-    command = Guarded(Answers(Command(0.4, 0.0)), LIMITS).command(asked)
+def test_what_is_no_situation(moment: Any, reason: str) -> None:
+    command = Guarded(Answers(Command(0.4, 0.0)), LIMITS).command(moment)
     assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
     assert reason in command.reason
 
 
 def test_a_velocity_that_is_too_large_for_a_float(situation: Situations) -> None:
-    asked = replace(situation(), velocity=(10**400, 0))
-    command = Guarded(Answers(Command(0.4, 0.0)), LIMITS).command(asked)
+    moment = replace(situation(), velocity=(10**400, 0))
+    command = Guarded(Answers(Command(0.4, 0.0)), LIMITS).command(moment)
     assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
     assert command.reason.startswith("stop: ")
 
@@ -105,14 +105,14 @@ def test_a_velocity_that_is_too_large_for_a_float(situation: Situations) -> None
 def test_a_damaged_pose_is_passed_over(
     situation: Situations, place: tuple[float, float, float]
 ) -> None:
-    asked = situation(pose=(0.0, 0.0, 0.0))
-    damaged = replace(asked.motions[-2], position=place)
-    motions = (*asked.motions[:-2], damaged, asked.motions[-1])
-    found = pose_at(replace(asked, motions=motions), _stamp(asked, -2))
+    moment = situation(pose=(0.0, 0.0, 0.0))
+    damaged = replace(moment.motions[-2], position=place)
+    motions = (*moment.motions[:-2], damaged, moment.motions[-1])
+    found = pose_at(replace(moment, motions=motions), _stamp(moment, -2))
     assert found == pytest.approx((-0.015, 0.0, 0.0))
 
 
-def _stamp(asked: Situation, row: int) -> int:
-    stamp = asked.motions[row].stamp_ns
+def _stamp(moment: Situation, row: int) -> int:
+    stamp = moment.motions[row].stamp_ns
     assert stamp is not None
     return stamp

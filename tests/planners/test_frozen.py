@@ -36,10 +36,10 @@ class Drives:
 
 def moving(step: int, velocity: tuple[float, float] = (0.5, 0.0)) -> Situation:
     """A robot that drives on, whose sensors see something new each time."""
-    asked = seen_anew(sound(NOW + step * STEP_NS), step)
-    picture = Picture(asked.now_ns, "camera", PICTURES[step])
+    moment = seen_anew(sound(NOW + step * STEP_NS), step)
+    picture = Picture(moment.now_ns, "camera", PICTURES[step])
     pose = (0.1 * step * velocity[0], 0.0, 0.1 * step * velocity[1])
-    return replace(asked, picture=picture, pose=pose, velocity=velocity)
+    return replace(moment, picture=picture, pose=pose, velocity=velocity)
 
 
 def reasons(
@@ -49,29 +49,29 @@ def reasons(
     return [guarded.command(change(moving(step), step)).reason for step in range(steps)]
 
 
-def same_cloud(asked: Situation, step: int) -> Situation:
-    assert asked.cloud is not None
+def same_cloud(moment: Situation, step: int) -> Situation:
+    assert moment.cloud is not None
     first = moving(0).cloud
     assert first is not None
-    return replace(asked, cloud=replace(asked.cloud, xyz=first.xyz)) if step else asked
+    return replace(moment, cloud=replace(moment.cloud, xyz=first.xyz)) if step else moment
 
 
-def same_picture(asked: Situation, step: int) -> Situation:
+def same_picture(moment: Situation, step: int) -> Situation:
     del step
-    assert asked.picture is not None
-    return replace(asked, picture=replace(asked.picture, rgb=PICTURES[0]))
+    assert moment.picture is not None
+    return replace(moment, picture=replace(moment.picture, rgb=PICTURES[0]))
 
 
-def same_pose(asked: Situation, step: int) -> Situation:
+def same_pose(moment: Situation, step: int) -> Situation:
     del step
-    return replace(asked, pose=(0.0, 0.0, 0.0))
+    return replace(moment, pose=(0.0, 0.0, 0.0))
 
 
 FROZEN: dict[str, Change] = {"cloud": same_cloud, "picture": same_picture, "pose": same_pose}
 
 
 def test_what_goes_on_is_driven_by() -> None:
-    assert set(reasons(lambda asked, _: asked)) == {""}
+    assert set(reasons(lambda moment, _: moment)) == {""}
 
 
 @pytest.mark.parametrize("name", FROZEN)
@@ -85,16 +85,16 @@ def test_what_is_frozen_stops_the_robot_within_half_a_metre(name: str) -> None:
 
 @pytest.mark.parametrize("name", FROZEN)
 def test_a_robot_that_turns_on_the_spot_drives_too(name: str) -> None:
-    def turning(asked: Situation, step: int) -> Situation:
-        return FROZEN[name](replace(asked, velocity=(0.0, 0.5)), step)
+    def turning(moment: Situation, step: int) -> Situation:
+        return FROZEN[name](replace(moment, velocity=(0.0, 0.5)), step)
 
     assert any("stayed the same" in reason for reason in reasons(turning))
 
 
 @pytest.mark.parametrize("name", ["cloud", "picture"])
 def test_a_robot_that_stands_may_see_the_same(name: str) -> None:
-    def standing(asked: Situation, step: int) -> Situation:
-        return FROZEN[name](replace(asked, pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0)), step)
+    def standing(moment: Situation, step: int) -> Situation:
+        return FROZEN[name](replace(moment, pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0)), step)
 
     assert set(reasons(standing, speed=0.0)) == {""}
     # Told to drive, a robot whose odometry is frozen as well says that it stands.
@@ -102,18 +102,18 @@ def test_a_robot_that_stands_may_see_the_same(name: str) -> None:
 
 
 def test_a_message_that_waits_for_the_next_one_is_not_frozen() -> None:
-    def slow(asked: Situation, step: int) -> Situation:
+    def slow(moment: Situation, step: int) -> Situation:
         held = moving(step - step % 4)
-        return replace(asked, cloud=held.cloud, picture=held.picture)
+        return replace(moment, cloud=held.cloud, picture=held.picture)
 
     assert set(reasons(slow)) == {""}
 
 
 def test_a_covered_lens_gives_one_grey_time_and_again() -> None:
-    def covered(asked: Situation, step: int) -> Situation:
+    def covered(moment: Situation, step: int) -> Situation:
         del step
-        assert asked.picture is not None
-        return replace(asked, picture=replace(asked.picture, rgb=np.zeros_like(PICTURES[0])))
+        assert moment.picture is not None
+        return replace(moment, picture=replace(moment.picture, rgb=np.zeros_like(PICTURES[0])))
 
     assert set(reasons(covered)) == {""}
 
@@ -125,9 +125,9 @@ def test_pictures_do_not_matter_to_a_planner_by_the_lidar() -> None:
 
 @pytest.mark.parametrize(("apart", "stamped"), [(1.9, False), (2.1, True), (50.0, True)])
 def test_a_pose_from_elsewhere_needs_a_stamp(apart: float, stamped: bool) -> None:
-    asked = replace(sound(), pose=(apart, 0.0, 0.0))
+    moment = replace(sound(), pose=(apart, 0.0, 0.0))
     guarded = Guarded(Drives(), LIMITS, GUARD)
-    reason = guarded.command(asked).reason
+    reason = guarded.command(moment).reason
     assert ("give its stamp as `odometry_ns`" in reason) == stamped
-    known = replace(asked, odometry_ns=asked.now_ns)
+    known = replace(moment, odometry_ns=moment.now_ns)
     assert Guarded(Drives(), LIMITS, GUARD).command(known).reason == ""

@@ -40,11 +40,11 @@ def driven(
     pose, velocity = (0.0, 0.0, 0.0), (0.0, 0.0)
     for step in range(round(seconds * 10)):
         seen = seen_anew(sound(NOW + step * PERIOD_NS), step)
-        asked = replace(
+        moment = replace(
             seen, pose=pose, velocity=velocity, goal=goal, picture=None, odometry_ns=seen.now_ns
         )
-        command = guarded.command(asked)
-        yield asked, command
+        command = guarded.command(moment)
+        yield moment, command
         if not held:
             velocity = (command.linear_velocity, command.yaw_rate)
             x, y, yaw = pose
@@ -54,9 +54,9 @@ def driven(
 
 @pytest.mark.parametrize("goal", [(3.0, 0.0), (1.0, 2.0), (-2.0, 0.5)])
 def test_it_stands_within_the_radius(goal: tuple[float, float]) -> None:
-    *_, (asked, command) = driven(Guarded(Aims(), LIMITS, GUARD), goal, 30)
-    assert math.dist(asked.pose[:2], goal) <= SETTINGS.radius
-    assert asked.velocity == (0.0, 0.0)
+    *_, (moment, command) = driven(Guarded(Aims(), LIMITS, GUARD), goal, 30)
+    assert math.dist(moment.pose[:2], goal) <= SETTINGS.radius
+    assert moment.velocity == (0.0, 0.0)
     assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
     assert command.arrived
     assert "arrived" in command.reason
@@ -84,8 +84,8 @@ def test_one_that_circles_is_given_up() -> None:
 def test_one_that_gets_on_slowly_is_not() -> None:
     watch = GoalWatch(SETTINGS)
     for step in range(400):
-        asked = replace(sound(NOW + step * PERIOD_NS), pose=(0.006 * step, 0.0, 0.0))
-        assert watch.standing(asked) is None
+        moment = replace(sound(NOW + step * PERIOD_NS), pose=(0.006 * step, 0.0, 0.0))
+        assert watch.standing(moment) is None
 
 
 def test_another_goal_begins_anew_and_a_little_drift_does_not() -> None:

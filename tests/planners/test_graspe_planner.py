@@ -127,8 +127,8 @@ def test_a_rotation_under_way_goes_on(
 ) -> None:
     planner = GraspePlanner(robot, Scorer(scene_bundle, calibration))
     for omega in (-0.3, 0.3):
-        asked = situation(grey=20, goal=(5.0, 3.0), velocity=(0.0, omega))
-        assert np.sign(planner.command(asked).yaw_rate) == np.sign(omega)
+        moment = situation(grey=20, goal=(5.0, 3.0), velocity=(0.0, omega))
+        assert np.sign(planner.command(moment).yaw_rate) == np.sign(omega)
 
 
 def test_guarded_it_survives_what_sensors_do(

@@ -58,9 +58,9 @@ def test_bad_situations(
     reason: str,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    asked = replace(situation(velocity=(0.05, 0.0)), **changes)
+    moment = replace(situation(velocity=(0.05, 0.0)), **changes)
     with caplog.at_level(logging.WARNING, "planners"):
-        command = Guarded(Answers(Command(0.6, 0.0)), LIMITS).command(asked)
+        command = Guarded(Answers(Command(0.6, 0.0)), LIMITS).command(moment)
     assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
     assert reason in command.reason
     assert command.reason in caplog.messages
@@ -114,7 +114,7 @@ def test_whatever_comes_in_what_goes_out_can_be_driven(
     velocity: tuple[float, float],
     answer: tuple[float, float],
 ) -> None:
-    asked = replace(situation(), velocity=velocity)
-    command = Guarded(Answers(Command(*answer)), robot.limits).command(asked)
+    moment = replace(situation(), velocity=velocity)
+    command = Guarded(Answers(Command(*answer)), robot.limits).command(moment)
     assert -1e-6 <= command.linear_velocity <= 0.6 + 1e-6
     assert abs(command.yaw_rate) <= 0.6 + 1e-6

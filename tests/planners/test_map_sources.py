@@ -133,11 +133,11 @@ def test_the_pose_of_a_cloud_is_between_those_of_the_odometry(situation: Situati
         Motion(NOW - 200_000_000, "odom", "base_link", (2.0, 2.0, 0.0), (0, 0, half, half), 0, 0),
         Motion(NOW - 100_000_000, "odom", "base_link", None, None, 0.5, 0.0),
     ]
-    asked = replace(situation(pose=(2.0, 3.0, np.pi / 2), velocity=(5.0, 0.0)), motions=moved)
-    assert pose_at(asked, NOW - 300_000_000) == pytest.approx((1.5, 1.0, np.pi / 4))
-    assert pose_at(asked, NOW - 100_000_000) == pytest.approx((2.0, 2.5, np.pi / 2))
-    assert pose_at(asked, NOW - 900_000_000) == pytest.approx((1.0, 0.0, 0.0))
-    assert pose_at(asked, NOW) == pytest.approx((2.0, 3.0, np.pi / 2))
+    moment = replace(situation(pose=(2.0, 3.0, np.pi / 2), velocity=(5.0, 0.0)), motions=moved)
+    assert pose_at(moment, NOW - 300_000_000) == pytest.approx((1.5, 1.0, np.pi / 4))
+    assert pose_at(moment, NOW - 100_000_000) == pytest.approx((2.0, 2.5, np.pi / 2))
+    assert pose_at(moment, NOW - 900_000_000) == pytest.approx((1.0, 0.0, 0.0))
+    assert pose_at(moment, NOW) == pytest.approx((2.0, 3.0, np.pi / 2))
 
 
 def test_cells_that_returns_fill() -> None:

@@ -43,9 +43,9 @@ def test_samples_are_interpolated_oldest_first(
 def test_the_order_of_the_motions_does_not_matter(
     situation: Situations, settings: ObservationSettings
 ) -> None:
-    asked = situation()
-    turned = replace(asked, motions=asked.motions[::-1])
-    found = [motion_history(each, NOW, settings) for each in (asked, turned)]
+    moment = situation()
+    turned = replace(moment, motions=moment.motions[::-1])
+    found = [motion_history(each, NOW, settings) for each in (moment, turned)]
     assert np.array_equal(found[0], found[1])
 
 
@@ -53,8 +53,8 @@ def test_the_velocity_of_now_stands_after_the_latest_motion(
     situation: Situations, settings: ObservationSettings
 ) -> None:
     motions = _motions(*((0.05 * step, 0.0) for step in range(-60, -2)))
-    asked = replace(situation(velocity=(0.4, 0.1)), motions=motions)
-    history = motion_history(asked, NOW, settings)
+    moment = replace(situation(velocity=(0.4, 0.1)), motions=motions)
+    history = motion_history(moment, NOW, settings)
     assert history[-1] == pytest.approx((0.4, 0.1))
     assert history[-3] == pytest.approx((0.0, 0.0))
 

@@ -38,16 +38,16 @@ BY_MAP = ("dwa_map", "mim", "glass_slam")
 STEP_NS = SECOND // 10
 
 
-def with_wall(asked: Situation, ahead: float = 0.9) -> Situation:
+def with_wall(moment: Situation, ahead: float = 0.9) -> Situation:
     """A solid wall across the way, metres ahead of base_link."""
-    cloud = asked.cloud
+    cloud = moment.cloud
     assert cloud is not None
     assert cloud.intensity is not None
     assert cloud.ring is not None
     y, z = np.meshgrid(np.linspace(-2, 2, 120), np.linspace(-0.4, 0.2, 6))
     wall = np.stack([np.full(y.size, ahead), y.ravel(), z.ravel()], axis=1).astype(np.float32)
     return with_cloud(
-        asked,
+        moment,
         xyz=np.concatenate([cloud.xyz, wall]),
         intensity=np.concatenate([cloud.intensity, np.full(len(wall), 200, np.float32)]),
         ring=np.concatenate([cloud.ring, np.full(len(wall), 3, np.int32)]),
@@ -73,16 +73,16 @@ def test_a_map_lies_where_the_cloud_was_whatever_frame_the_pose_is_in(
 ) -> None:
     x, y, yaw = pose
     goal = (x + 8 * np.cos(yaw), y + 8 * np.sin(yaw))
-    asked = replace(with_wall(sound()), pose=pose, goal=goal, odometry_ns=NOW)
+    moment = replace(with_wall(sound()), pose=pose, goal=goal, odometry_ns=NOW)
     same = guarded(name, robots).command(with_wall(sound()))
-    found = guarded(name, robots).command(asked)
+    found = guarded(name, robots).command(moment)
     assert found.linear_velocity == pytest.approx(same.linear_velocity)
     assert found.linear_velocity < 0.6
 
 
 def test_the_way_since_a_cloud_is_told_by_the_motions_alone() -> None:
-    asked = replace(sound(), pose=(50.0, 20.0, np.pi / 2), odometry_ns=NOW)
-    x, y, yaw = pose_at(asked, asked.now_ns - SECOND)
+    moment = replace(sound(), pose=(50.0, 20.0, np.pi / 2), odometry_ns=NOW)
+    x, y, yaw = pose_at(moment, moment.now_ns - SECOND)
     assert (x, y, yaw) == pytest.approx((50.0, 20.0 - DRIVEN[0], np.pi / 2), abs=0.02)
 
 
@@ -95,9 +95,9 @@ def test_a_planner_does_not_drive_where_it_does_not_see(name: str, robots: Robot
         planner._planner._obstacles = type(  # type: ignore[attr-defined]
             "Ahead", (), {"sees_behind": False, "points": lambda *_: np.array([[0.8, 0.0]])}
         )()
-    asked = replace(with_wall(sound(), 0.75), velocity=(0.0, 0.0), motions=_standing(NOW))
+    moment = replace(with_wall(sound(), 0.75), velocity=(0.0, 0.0), motions=_standing(NOW))
     for step in range(5):
-        command = planner.command(_later(asked, step))
+        command = planner.command(_later(moment, step))
         assert command.linear_velocity >= 0.0
 
 
@@ -105,15 +105,15 @@ def _standing(now_ns: int) -> Any:
     return motions_until(now_ns, (0.0, 0.0))
 
 
-def _later(asked: Situation, step: int) -> Situation:
+def _later(moment: Situation, step: int) -> Situation:
     now_ns = NOW + step * STEP_NS
-    assert asked.cloud is not None
-    asked = replace(asked, now_ns=now_ns, motions=_standing(now_ns))
-    asked = seen_anew(asked, step)
-    assert asked.picture is not None
+    assert moment.cloud is not None
+    moment = replace(moment, now_ns=now_ns, motions=_standing(now_ns))
+    moment = seen_anew(moment, step)
+    assert moment.picture is not None
     return replace(
-        with_cloud(asked, stamp_ns=now_ns - 80_000_000),
-        picture=replace(asked.picture, stamp_ns=now_ns - 50_000_000),
+        with_cloud(moment, stamp_ns=now_ns - 80_000_000),
+        picture=replace(moment.picture, stamp_ns=now_ns - 50_000_000),
     )
 
 
@@ -123,8 +123,8 @@ def test_dwa_lab_turns_only_where_it_has_room(robots: Robots) -> None:
     planner._planner._obstacles = type(  # type: ignore[attr-defined]
         "Box", (), {"sees_behind": True, "points": lambda *_: np.vstack([box, [[0.6, 0.0]]])}
     )()
-    asked = replace(sound(), velocity=(0.0, 0.0), motions=_standing(NOW))
-    command = planner.command(asked)
+    moment = replace(sound(), velocity=(0.0, 0.0), motions=_standing(NOW))
+    command = planner.command(moment)
     assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
     assert "no room to turn" in command.reason
 
@@ -154,8 +154,8 @@ def test_two_frozen_clouds_in_turn_are_frozen() -> None:
 
 def test_a_frozen_cloud_is_told_by_the_poses_where_the_velocity_says_nothing() -> None:
     guard = Guarded(Says(Command(0.0, 0.0)), LIMITS, GUARD)
-    asked = [replace(_driving(step, 0), velocity=(0.0, 0.0)) for step in range(30)]
-    assert "the cloud has stayed the same" in [guard.command(each).reason for each in asked][-1]
+    moment = [replace(_driving(step, 0), velocity=(0.0, 0.0)) for step in range(30)]
+    assert "the cloud has stayed the same" in [guard.command(each).reason for each in moment][-1]
 
 
 def _driving(step: int, content: int) -> Situation:
@@ -165,8 +165,8 @@ def _driving(step: int, content: int) -> Situation:
         replace(m, position=(x + (m.position or (0,))[0], 0.0, 0.0))
         for m in motions_until(now_ns, (0.5, 0.0))
     )
-    asked = replace(sound(now_ns), pose=(x, 0.0, 0.0), velocity=(0.5, 0.0), motions=moved)
-    return seen_anew(asked, content)
+    moment = replace(sound(now_ns), pose=(x, 0.0, 0.0), velocity=(0.5, 0.0), motions=moved)
+    return seen_anew(moment, content)
 
 
 def test_a_situation_that_is_not_renewed_stops_the_robot() -> None:
@@ -201,17 +201,17 @@ def test_stamps_of_a_sensor_that_go_back_stop_the_robot(what: str) -> None:
 def test_at_speed_a_cloud_ages_sooner(age_s: float, reason: str) -> None:
     fast = Limits(linear_velocity=(0.0, 1.2), yaw_rate=(-0.6, 0.6))
     guard = Guarded(Says(Command(1.1, 0.0)), fast, GUARD)
-    asked = with_cloud(sound(), stamp_ns=NOW - round(age_s * SECOND))
-    asked = replace(asked, velocity=(1.1, 0.0), motions=motions_until(NOW, (1.1, 0.0)))
-    assert reason in guard.command(asked).reason
+    moment = with_cloud(sound(), stamp_ns=NOW - round(age_s * SECOND))
+    moment = replace(moment, velocity=(1.1, 0.0), motions=motions_until(NOW, (1.1, 0.0)))
+    assert reason in guard.command(moment).reason
 
 
 def test_a_stop_never_sets_a_standing_robot_in_motion() -> None:
     guard = Guarded(Says(Command(0.0, 0.0)), LIMITS, GUARD)
     old = replace(sound(), velocity=(0.6, 0.6), motions=motions_until(NOW - SECOND, (0.6, 0.6)))
     for step in range(6):
-        asked = seen_anew(sound(NOW + step * STEP_NS), step) if step % 2 else old
-        command = guard.command(replace(asked, now_ns=NOW + step * STEP_NS))
+        moment = seen_anew(sound(NOW + step * STEP_NS), step) if step % 2 else old
+        command = guard.command(replace(moment, now_ns=NOW + step * STEP_NS))
         assert (command.linear_velocity, command.yaw_rate) == (0.0, 0.0)
 
 
@@ -231,7 +231,7 @@ class Full(logging.Handler):
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "moment",
     [
         replace(sound(), cloud=None),
         replace(sound(), velocity=cast("Any", Broken())),
@@ -241,14 +241,14 @@ class Full(logging.Handler):
     ],
 )
 @pytest.mark.parametrize("answer", [Mute(), Command(0.4, 0.0)])
-def test_nothing_makes_it_raise(asked: Any, answer: Any) -> None:
+def test_nothing_makes_it_raise(moment: Any, answer: Any) -> None:
     log, handler = logging.getLogger("planners"), Full()
     log.addHandler(handler)
     try:
         guard = Guarded(Says(answer), LIMITS, GUARD)
-        for each in (sound(), asked, seen_anew(sound(NOW + STEP_NS), 1)):
+        for each in (sound(), moment, seen_anew(sound(NOW + STEP_NS), 1)):
             assert isinstance(guard.command(each), Command)
-        assert stops(guard.command(asked))
+        assert stops(guard.command(moment))
     finally:
         log.removeHandler(handler)
 
@@ -270,12 +270,12 @@ def test_a_thread_that_does_not_start_stops_the_robot_once(
 
 def test_a_goal_that_jitters_is_given_up_all_the_same() -> None:
     watch = GoalWatch(GoalSettings(progress_s=10.0))
-    random, told = np.random.default_rng(0), []
+    random, verdicts = np.random.default_rng(0), []
     for step in range(200):
         goal = (8.0 + random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3))
-        told.append(watch.standing(replace(sound(NOW + step * STEP_NS), goal=goal)))
-    assert told[-1] is not None
-    assert "no progress" in told[-1].reason
+        verdicts.append(watch.standing(replace(sound(NOW + step * STEP_NS), goal=goal)))
+    assert verdicts[-1] is not None
+    assert "no progress" in verdicts[-1].reason
 
 
 @pytest.mark.parametrize("returns", [10_000, 28_800])
@@ -307,9 +307,9 @@ def test_another_cloud_under_the_same_stamp_is_seen(name: str, robots: Robots) -
 
 @pytest.mark.parametrize("name", PLANNERS)
 def test_odometry_that_reorders_a_little_is_sorted(name: str, robots: Robots) -> None:
-    asked = sound()
-    late = (*asked.motions[:-2], asked.motions[-1], asked.motions[-2])
-    found = guarded(name, robots).command(replace(asked, motions=late))
-    same = guarded(name, robots).command(asked)
+    moment = sound()
+    late = (*moment.motions[:-2], moment.motions[-1], moment.motions[-2])
+    found = guarded(name, robots).command(replace(moment, motions=late))
+    same = guarded(name, robots).command(moment)
     assert (found.linear_velocity, found.yaw_rate) == (same.linear_velocity, same.yaw_rate)
     assert found.reason == ""

@@ -128,8 +128,10 @@ def test_another_lidar(
 def test_frames_are_compared_where_both_tell(
     contract: BundleContract, robot: Robot, calibration: Calibration
 ) -> None:
-    told = contract.robot.model_copy(update={"lidar_frame": "velodyne", "camera_frame": "optical"})
-    bundles = contract.model_copy(update={"robot": told})
+    described = contract.robot.model_copy(
+        update={"lidar_frame": "velodyne", "camera_frame": "optical"}
+    )
+    bundles = contract.model_copy(update={"robot": described})
     check_robot(bundles, robot, calibration)
     check_robot(bundles, robot, replace(calibration, lidar_frame="/velodyne"))
     with pytest.raises(PlannerError, match="lidar_frame: ouster, expected velodyne"):
@@ -168,8 +170,8 @@ def test_a_planner_begins_with_its_robot(
 def test_a_frame_that_only_the_bundle_knows_is_the_expected_one(
     bundle: Bundle, calibration: Calibration, situation: Situations
 ) -> None:
-    told = bundle.contract.robot.model_copy(update={"lidar_frame": "velodyne"})
-    contract = bundle.contract.model_copy(update={"robot": told})
+    described = bundle.contract.robot.model_copy(update={"lidar_frame": "velodyne"})
+    contract = bundle.contract.model_copy(update={"robot": described})
     scorer = Scorer(replace(bundle, contract=contract), calibration)
     with pytest.raises(PlannerError, match="in the frame 'lidar', expected 'velodyne'"):
         scorer.scene(situation())

@@ -107,12 +107,15 @@ def _met(path: Path, recipe: DatasetRecipe, episode: Episode) -> Recorded:
                 clouds[cloud.stamp_ns] = cloud
             else:
                 motions.append(decode_motion(message, kinds[raw.topic], raw.topic))
-    told, transforms = synchronised.tracks.calibration, synchronised.placement.transforms
-    assert told is not None
+    recorded_calibration, transforms = (
+        synchronised.tracks.calibration,
+        synchronised.placement.transforms,
+    )
+    assert recorded_calibration is not None
     cameras = next(iter(pictures.values())).frame
     lidars = next(iter(clouds.values())).frame
     calibration = Calibration(
-        told.intrinsics,
+        recorded_calibration.intrinsics,
         transforms.lookup(robot.base_frame, cameras, 0),
         transforms.lookup(robot.base_frame, lidars, 0),
     )

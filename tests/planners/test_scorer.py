@@ -53,10 +53,10 @@ def test_a_model_that_ignores_candidates_gives_all_the_same(
 def test_a_sensor_pair_is_encoded_once(
     bundle: Bundle, calibration: Calibration, situation: Situations
 ) -> None:
-    scorer, asked = Scorer(bundle, calibration), situation()
-    scene = scorer.scene(asked)
-    assert scorer.scene(replace(asked, goal=(1.0, 1.0), now_ns=NOW + 1)) is scene
-    assert scorer.scene(replace(asked, motions=situation(velocity=(0.1, 0)).motions)) is not scene
+    scorer, moment = Scorer(bundle, calibration), situation()
+    scene = scorer.scene(moment)
+    assert scorer.scene(replace(moment, goal=(1.0, 1.0), now_ns=NOW + 1)) is scene
+    assert scorer.scene(replace(moment, motions=situation(velocity=(0.1, 0)).motions)) is not scene
     assert scorer.scene(situation()) is not scene
 
 

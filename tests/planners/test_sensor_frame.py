@@ -61,10 +61,10 @@ def test_a_cameras_frame_may_be_optical() -> None:
     SensorFrame("camera").check("camera_color_optical_frame", MOTIONS)
 
 
-@pytest.mark.parametrize(("lasers", "declared", "told"), [(32, 16, True), (16, 16, False)])
+@pytest.mark.parametrize(("lasers", "declared", "refuses"), [(32, 16, True), (16, 16, False)])
 @pytest.mark.parametrize("named", [True, False])
 def test_more_rings_than_declared_are_told(
-    lasers: int, declared: int, told: bool, named: bool
+    lasers: int, declared: int, refuses: bool, named: bool
 ) -> None:
     azimuth = np.linspace(-np.pi, np.pi, 360, endpoint=False)
     slope = np.linspace(-0.4, 0.2, lasers)
@@ -72,13 +72,13 @@ def test_more_rings_than_declared_are_told(
     x, y, z = (reach * np.cos(azimuth), reach * np.sin(azimuth), reach * slope[:, None])
     xyz = np.stack((x, y, z), axis=-1).reshape(-1, 3).astype(np.float32)
     ring = np.repeat(np.arange(lasers), 360).astype(np.int32) if named else None
-    asked, clouds = (
+    moment, clouds = (
         with_cloud(sound(), xyz=xyz, ring=ring, intensity=None),
         LidarClouds(None, declared),
     )
-    if told:
+    if refuses:
         for _ in range(2):
             with pytest.raises(PlannerError, match=r"`lidar\.rings` of the robot manifest is 16"):
-                clouds.cloud(asked, Transform.identity(), 0.0)
+                clouds.cloud(moment, Transform.identity(), 0.0)
     else:
-        assert clouds.cloud(asked, Transform.identity(), 0.0) is asked.cloud
+        assert clouds.cloud(moment, Transform.identity(), 0.0) is moment.cloud

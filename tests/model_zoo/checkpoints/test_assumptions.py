@@ -32,9 +32,9 @@ def test_what_the_configuration_says_is_read() -> None:
 
 
 def test_a_mounting_of_the_manifest_counts_before_that_of_recordings() -> None:
-    told = configuration()
-    told["robot"]["lidar"]["mounting"] = {"translation": [0.1, 0.2, 0.3]}
-    found = read_assumptions(index_of(DETAILS, configuration=told))
+    described = configuration()
+    described["robot"]["lidar"]["mounting"] = {"translation": [0.1, 0.2, 0.3]}
+    found = read_assumptions(index_of(DETAILS, configuration=described))
     assert found is not None
     assert found.robot.base_from_lidar is not None
     assert found.robot.base_from_lidar.translation == (0.1, 0.2, 0.3)
@@ -60,15 +60,15 @@ def test_a_dataset_that_no_pipeline_made_tells_nothing() -> None:
 
 
 def test_a_damaged_configuration_is_refused() -> None:
-    told = configuration()
-    del told["dataset"]["horizon"]
+    described = configuration()
+    del described["dataset"]["horizon"]
     with pytest.raises(ZooError, match=r"horizon: missing\.\nBuild the dataset"):
-        read_assumptions(index_of(configuration=told))
+        read_assumptions(index_of(configuration=described))
 
 
 def test_a_checkpoint_keeps_them(tmp_path: Any) -> None:
     index = index_of(DETAILS).model_copy(update={"dataset_digest": "b" * 64})
-    told = load_checkpoint(write_made(tmp_path / "told", "nmfnet", index))
-    assert told.config.assumptions == read_assumptions(index)
+    described = load_checkpoint(write_made(tmp_path / "told", "nmfnet", index))
+    assert described.config.assumptions == read_assumptions(index)
     old = load_checkpoint(write_made(tmp_path / "old", "nmfnet", index, told=False))
     assert old.config.assumptions is None

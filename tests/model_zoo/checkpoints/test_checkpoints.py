@@ -98,8 +98,14 @@ def test_every_file_is_sealed_and_the_card_tells(write_tiny: Write) -> None:
             "sha256": hashlib.sha256(content).hexdigest(),
         }
     card = (folder / "card.md").read_text()
-    for told in ("# tiny (small)", "30 parameters", "velocity_history", "2.000", "optimiser.rate"):
-        assert told in card
+    for phrase in (
+        "# tiny (small)",
+        "30 parameters",
+        "velocity_history",
+        "2.000",
+        "optimiser.rate",
+    ):
+        assert phrase in card
 
 
 def test_a_checkpoint_is_replaced_and_what_lies_beside_it_stays(write_tiny: Write) -> None:

@@ -64,8 +64,8 @@ def test_a_model_that_does_not_look_is_not_exported(
     else:
         torch.nn.init.zeros_(last_layer(model).weight)
     checkpoint = write_made(tmp_path / "checkpoint", name, read_index(dataset), model=model)
-    said = r"same in \d scenes" if blind == "to all" else r"same of \d candidates"
-    with pytest.raises(ZooError, match=rf"{name}: its output is the {said}, .* No bundle was"):
+    reason = r"same in \d scenes" if blind == "to all" else r"same of \d candidates"
+    with pytest.raises(ZooError, match=rf"{name}: its output is the {reason}, .* No bundle was"):
         export_bundle(checkpoint, tmp_path / "bundle", dataset)
     assert not (tmp_path / "bundle").exists()
 
@@ -138,44 +138,44 @@ def expect_all_files_sealed(made: Made) -> None:
 
 
 def expect_graphs_as_the_contract_says(made: Made) -> None:
-    told = contract(made)
+    promise = contract(made)
     encode, score = (session(made.bundle / graph) for graph in (ENCODE_GRAPH, SCORE_GRAPH))
     types = {"tensor(float)": "float32", "tensor(uint8)": "uint8", "tensor(int32)": "int32"}
     for nodes, tensors in (
-        (encode.get_inputs(), told.encode_inputs),
-        (encode.get_outputs(), told.features),
-        (score.get_inputs(), (*told.features, *told.score_inputs)),
-        (score.get_outputs(), (told.output,)),
+        (encode.get_inputs(), promise.encode_inputs),
+        (encode.get_outputs(), promise.features),
+        (score.get_inputs(), (*promise.features, *promise.score_inputs)),
+        (score.get_outputs(), (promise.output,)),
     ):
         found = [(node.name, types[node.type], tuple(node.shape)) for node in nodes]
         assert found == [(tensor.name, tensor.dtype, tensor.shape) for tensor in tensors]
 
 
 def expect_the_origin_in_the_contract(made: Made) -> None:
-    told, checkpoint = contract(made), load_checkpoint(made.checkpoint)
-    assert (told.model, told.preset) == (made.name, "small")
-    assert told.checkpoint_digest == checkpoint.digest
-    assert told.dataset_digest == made.index.dataset_digest
-    assert told.temperature == 1.7
-    assert told.observation.image_reliability.saturation_corners == 800
-    assert told.robot.camera is not None
-    assert told.robot.camera.fx == 277.0
-    columns = {tensor.name for tensor in (*told.encode_inputs, *told.score_inputs)}
+    promise, checkpoint = contract(made), load_checkpoint(made.checkpoint)
+    assert (promise.model, promise.preset) == (made.name, "small")
+    assert promise.checkpoint_digest == checkpoint.digest
+    assert promise.dataset_digest == made.index.dataset_digest
+    assert promise.temperature == 1.7
+    assert promise.observation.image_reliability.saturation_corners == 800
+    assert promise.robot.camera is not None
+    assert promise.robot.camera.fx == 277.0
+    columns = {tensor.name for tensor in (*promise.encode_inputs, *promise.score_inputs)}
     assert columns == set(checkpoint.model.columns)
-    assert told.uses_candidates == ("trajectory_image" in columns)
+    assert promise.uses_candidates == ("trajectory_image" in columns)
 
 
 def expect_parity_on_real_and_adverse_rows(made: Made) -> None:
-    told = report(made)
-    assert told.largest_difference <= 2e-5 < told.tolerance == 1e-4
-    assert {case.kind for case in told.cases} == {"real", "adverse"}
-    tried = {case.scene for case in told.cases}
+    parity = report(made)
+    assert parity.largest_difference <= 2e-5 < parity.tolerance == 1e-4
+    assert {case.kind for case in parity.cases} == {"real", "adverse"}
+    tried = {case.scene for case in parity.cases}
     columns = set(load_checkpoint(made.checkpoint).model.columns)
     assert {"test_0", "test_3", "empty_cloud"} <= tried
     assert ({"black_image", "white_image"} <= tried) == ("image" in columns)
     assert ("no_reliability" in tried) == ("r_img" in columns)
     counts = {1, 2, 7, 100} if "trajectory_image" in columns else {1}
-    assert {case.candidates for case in told.cases} == counts
+    assert {case.candidates for case in parity.cases} == counts
 
 
 def expect_recorded_outputs_to_be_the_models(made: Made) -> None:

@@ -47,9 +47,9 @@ def exported_before(quick: Made, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_candidates_give_no_rows(quick: Made) -> None:
-    told = contract(quick.bundle)
+    promise = contract(quick.bundle)
     score = onnxruntime.InferenceSession(str(quick.bundle / SCORE_GRAPH))
-    feed = {tensor.name: np.zeros((1, 128), np.float32) for tensor in told.features}
+    feed = {tensor.name: np.zeros((1, 128), np.float32) for tensor in promise.features}
     (found,) = score.run(None, {**feed, "trajectory_image": np.zeros((0, 240, 320), np.uint8)})
     assert found.shape == (0, 10)
 
@@ -150,8 +150,8 @@ def test_other_files_are_not_overwritten(quick: Made, tmp_path: Path) -> None:
 
 
 def test_parity_knows_its_cases(quick: Made) -> None:
-    told = report(quick.bundle)
-    assert len(told.cases) == 9
+    parity = report(quick.bundle)
+    assert len(parity.cases) == 9
     assert json.loads((quick.bundle / PARITY_FILE).read_text())["versions"].keys() == {
         "torch",
         "onnx",

@@ -31,10 +31,10 @@ def registered(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def install(folder: Path, points: str) -> None:
     """What pip leaves of a package that has these entry points."""
-    told = folder / "some_models-1.0.dist-info"
-    told.mkdir(parents=True)
-    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: some-models\nVersion: 1.0\n")
-    (told / "entry_points.txt").write_text(f"[{GROUP}]\n{points}\n")
+    metadata = folder / "some_models-1.0.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: some-models\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text(f"[{GROUP}]\n{points}\n")
 
 
 @pytest.mark.usefixtures("registered")
@@ -47,8 +47,8 @@ def test_it_trains_loads_and_is_evaluated(tmp_path: Path) -> None:
     checkpoint = load_checkpoint(folder)
     assert (checkpoint.config.model, checkpoint.config.preset) == (NAME, "small")
     assert checkpoint.config.numbers == model_settings(NAME, "small", **numbers).model_dump()
-    told = evaluate(checkpoint, dataset, "test", ("clean",), resamples=20)
-    assert told.model == NAME
+    evaluation = evaluate(checkpoint, dataset, "test", ("clean",), resamples=20)
+    assert evaluation.model == NAME
 
 
 @pytest.mark.usefixtures("registered")
@@ -84,7 +84,7 @@ def test_an_entry_point_registers_it(
 
 
 @pytest.mark.parametrize(
-    ("source", "said"),
+    ("source", "message"),
     [
         (None, "GRASPE_MODELS: own_models cannot be imported: No module named"),
         ("1 / 0", "own_models cannot be imported: division by zero"),
@@ -96,14 +96,14 @@ def test_an_entry_point_registers_it(
     ],
 )
 def test_a_module_that_does_not_fit_is_named(
-    source: str | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    source: str | None, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if source is not None:
         (tmp_path / "own_models.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "own_models", raising=False)
     monkeypatch.setenv(VARIABLE, "own_models")
-    with pytest.raises(ZooError, match=said):
+    with pytest.raises(ZooError, match=message):
         known_models()
 
 

@@ -54,11 +54,11 @@ def same(one: Path, other: Path) -> bool:
 def test_at_a_constant_rate_it_comes_to_the_bits_of_a_training_that_long(
     dataset: Path, finished: Path, tmp_path: Path
 ) -> None:
-    told = Saying()
+    progress = Saying()
     model = make_model()
-    train_tiny(dataset, tmp_path / "on", LONGER, model, told, begin=finished)
-    assert told.what == f"tiny small, from {finished}"
-    assert told.began == (30, 18)
+    train_tiny(dataset, tmp_path / "on", LONGER, model, progress, begin=finished)
+    assert progress.what == f"tiny small, from {finished}"
+    assert progress.began == (30, 18)
     assert len(model.taught) == 12
     train_tiny(dataset, tmp_path / "whole", LONGER)
     assert same(tmp_path / "on", tmp_path / "whole")
@@ -126,7 +126,7 @@ def test_interrupted_it_goes_on_in_its_own_folder(
 
 
 @pytest.mark.parametrize(
-    ("recipe", "said"),
+    ("recipe", "message"),
     [
         (RECIPE, "are all that this recipe asks for"),
         (changed(epochs=2), "are all that this recipe asks for"),
@@ -136,9 +136,9 @@ def test_interrupted_it_goes_on_in_its_own_folder(
     ],
 )
 def test_what_is_no_extension_is_refused(
-    dataset: Path, finished: Path, tmp_path: Path, recipe: Recipe, said: str
+    dataset: Path, finished: Path, tmp_path: Path, recipe: Recipe, message: str
 ) -> None:
-    with pytest.raises(ZooError, match=said):
+    with pytest.raises(ZooError, match=message):
         train_tiny(dataset, tmp_path, recipe, begin=finished)
 
 
@@ -177,8 +177,8 @@ def test_patience_that_ended_it_has_to_be_raised(dataset: Path, tmp_path: Path) 
     train_tiny(
         dataset, tmp_path / "c", patient, make_model(dropout=0.0, norm=False), begin=tmp_path / "a"
     )
-    told = json.loads((tmp_path / "c/checkpoint/metrics.json").read_text())
-    assert len(told["history"]) == 5
+    metrics = json.loads((tmp_path / "c/checkpoint/metrics.json").read_text())
+    assert len(metrics["history"]) == 5
 
 
 @pytest.mark.parametrize("name", MODELS)

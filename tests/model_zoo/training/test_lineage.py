@@ -163,9 +163,9 @@ def test_in_bf16_the_published_score_is_that_of_the_published_weights(
 ) -> None:
     data, recipe = write_rows(tmp_path / "data"), RECIPE.model_copy(update={"precision": "bf16"})
     train(name, "small", data, recipe, tmp_path / "run", None, MACHINE, **SMALLEST[name])
-    told = json.loads((tmp_path / "run/checkpoint/metrics.json").read_text())
+    metrics = json.loads((tmp_path / "run/checkpoint/metrics.json").read_text())
     logits, success, mask = log_odds(tmp_path / "run", data)
-    assert told["au_roc"] == pytest.approx(au_roc(logits, success, mask), abs=1e-9)
-    assert told["loss"] == pytest.approx(
+    assert metrics["au_roc"] == pytest.approx(au_roc(logits, success, mask), abs=1e-9)
+    assert metrics["loss"] == pytest.approx(
         float(np.mean(np.logaddexp(0, logits) - success * logits)), rel=1e-5
     )

@@ -54,19 +54,19 @@ def log_odds(run: Path, dataset: Path) -> tuple[NDArray[np.float64], ...]:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_published_weights_score_what_was_published(name: str, trained: Path) -> None:
-    told = json.loads((trained / name / "checkpoint" / "metrics.json").read_text())
+    metrics = json.loads((trained / name / "checkpoint" / "metrics.json").read_text())
     logits, success, mask = log_odds(trained / name, trained / "dataset")
     loss = float(np.mean(np.logaddexp(0, logits) - success * logits))
-    assert told["loss"] == pytest.approx(loss, rel=1e-5)
-    assert told["au_roc"] == pytest.approx(au_roc(logits, success, mask), abs=1e-9)
+    assert metrics["loss"] == pytest.approx(loss, rel=1e-5)
+    assert metrics["au_roc"] == pytest.approx(au_roc(logits, success, mask), abs=1e-9)
     calibration = load_checkpoint(trained / name / "checkpoint").calibration
     temperature = 1.0 if calibration is None else calibration.temperature
-    assert told["brier"] == pytest.approx(brier(logits / temperature, success, mask), rel=1e-5)
+    assert metrics["brier"] == pytest.approx(brier(logits / temperature, success, mask), rel=1e-5)
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_the_best_epoch_is_the_published_one(name: str, trained: Path) -> None:
-    told = json.loads((trained / name / "checkpoint" / "metrics.json").read_text())
-    best = told["history"][told["best_epoch"]]
-    assert told["au_roc"] == best["au_roc"]
-    assert told["loss"] == pytest.approx(best["validation_loss"], rel=1e-9)
+    metrics = json.loads((trained / name / "checkpoint" / "metrics.json").read_text())
+    best = metrics["history"][metrics["best_epoch"]]
+    assert metrics["au_roc"] == best["au_roc"]
+    assert metrics["loss"] == pytest.approx(best["validation_loss"], rel=1e-9)

@@ -177,18 +177,18 @@ def pythons_own_ctrl_c() -> Iterator[None]:
 def test_ctrl_c_ends_the_step_saves_it_and_says_so(
     dataset: Path, runs: Path, tmp_path: Path
 ) -> None:
-    said: list[str] = []
+    reasons: list[str] = []
 
     class Listening(SilentProgress):
         def finish(self, why: str) -> None:
-            said.append(why)
+            reasons.append(why)
 
     model = Tapping()
     model.load_state_dict(make_model().state_dict())
     seldom = MACHINE.model_copy(update={"state_every_steps": None})
     with pytest.raises(KeyboardInterrupt):
         train_tiny(dataset, tmp_path, model=model, progress=Listening(), machine=seldom)
-    assert said == [f"stopped at step 4 of 18, saved in {tmp_path / 'state.safetensors'}"]
+    assert reasons == [f"stopped at step 4 of 18, saved in {tmp_path / 'state.safetensors'}"]
     rest = make_model()
     train_tiny(dataset, tmp_path, model=rest)
     assert len(rest.taught) == 14

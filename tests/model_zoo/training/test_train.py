@@ -57,10 +57,10 @@ def changed(**fields: object) -> Recipe:
 def test_it_learns_and_leaves_a_sealed_checkpoint_of_its_best_weights(
     dataset: Path, tmp_path: Path
 ) -> None:
-    told = Told()
-    model = train_tiny(dataset, tmp_path, changed(epochs=20), progress=told)
-    assert told.began == (120, 0)
-    records = [record for record, _ in told.epochs]
+    progress = Told()
+    model = train_tiny(dataset, tmp_path, changed(epochs=20), progress=progress)
+    assert progress.began == (120, 0)
+    records = [record for record, _ in progress.epochs]
     assert records[-1].means["loss"] < 0.6 * records[0].means["loss"]
     metrics = json.loads((tmp_path / "checkpoint/metrics.json").read_text())
     best = max(record.au_roc for record in records)
@@ -78,12 +78,12 @@ def test_with_enough_failing_rows_it_is_calibrated_and_scored_so(tmp_path: Path)
     splits["validation"] = make_rows(60, 1, 1)
     dataset = write_dataset(tmp_path / "data", splits)
     train_tiny(dataset, tmp_path, changed(epochs=10))
-    calibration, told = (
+    calibration, metrics = (
         json.loads((tmp_path / "checkpoint" / name).read_text())
         for name in ("calibration.json", "metrics.json")
     )
     assert calibration["failing_rows"] == 20
-    assert calibration["loss_after"] < calibration["loss_before"] == pytest.approx(told["loss"])
+    assert calibration["loss_after"] < calibration["loss_before"] == pytest.approx(metrics["loss"])
     card = (tmp_path / "checkpoint/card.md").read_text()
     assert f"temperature {calibration['temperature']:.3f}, fitted on 180" in card
 
@@ -91,14 +91,14 @@ def test_with_enough_failing_rows_it_is_calibrated_and_scored_so(tmp_path: Path)
 def test_progress_has_rate_loss_time_left_and_the_share_of_waiting(
     dataset: Path, tmp_path: Path
 ) -> None:
-    told = Told()
-    train_tiny(dataset, tmp_path, progress=told)
-    last = told.steps[-1]
+    progress = Told()
+    train_tiny(dataset, tmp_path, progress=progress)
+    last = progress.steps[-1]
     assert (last.step, last.steps, last.seconds_left) == (18, 18, 0)
     assert last.samples_per_s > 0
     assert 0 < last.loss < 5
     assert 0 <= last.data_wait_share <= 1
-    assert {"loss", "half", "gradient_length"} == told.epochs[0][0].means.keys()
+    assert {"loss", "half", "gradient_length"} == progress.epochs[0][0].means.keys()
 
 
 def test_each_row_is_taught_once_an_epoch_in_another_order(dataset: Path, tmp_path: Path) -> None:
@@ -112,16 +112,18 @@ def test_each_row_is_taught_once_an_epoch_in_another_order(dataset: Path, tmp_pa
 
 
 def test_a_budget_of_steps_ends_within_an_epoch(dataset: Path, tmp_path: Path) -> None:
-    told = Told()
-    train_tiny(dataset, tmp_path, changed(most_steps=8), progress=told)
-    assert [record.step for record, _ in told.epochs] == [6, 8]
+    progress = Told()
+    train_tiny(dataset, tmp_path, changed(most_steps=8), progress=progress)
+    assert [record.step for record, _ in progress.epochs] == [6, 8]
 
 
 def test_patience_stops_and_the_best_epoch_is_kept(dataset: Path, tmp_path: Path) -> None:
-    told = Told()
+    progress = Told()
     recipe = changed(epochs=30, patience=2, learning_rate=1e-9)
-    train_tiny(dataset, tmp_path, recipe, model=make_model(dropout=0.0, norm=False), progress=told)
-    assert [best for _, best in told.epochs] == [True, False, False]
+    train_tiny(
+        dataset, tmp_path, recipe, model=make_model(dropout=0.0, norm=False), progress=progress
+    )
+    assert [best for _, best in progress.epochs] == [True, False, False]
 
 
 def test_bf16_cosine_clipping_and_augmentation(dataset: Path, tmp_path: Path) -> None:

@@ -48,20 +48,20 @@ def metrics(out: Path) -> dict[str, Any]:
 
 def test_a_recording_is_cut_in_time_and_the_metrics_say_so(tmp_path: Path) -> None:
     train_tiny(with_stamps(tmp_path, validation=80), tmp_path)
-    told = metrics(tmp_path)
-    assert told["validation"] == "halves of one recording's time"
+    scores = metrics(tmp_path)
+    assert scores["validation"] == "halves of one recording's time"
     # The horizon is 0.9 s, so the last row before the cut is in neither half. No row's first step
     # fails, so none is failing at its anchor.
-    assert (told["rows_selecting"], told["rows_calibrating"]) == (39, 40)
+    assert (scores["rows_selecting"], scores["rows_calibrating"]) == (39, 40)
     calibration = json.loads((tmp_path / "checkpoint" / "calibration.json").read_text())
     assert calibration["judged"] == 40 * 3
 
 
 def test_few_rows_do_both_and_the_metrics_say_so(tmp_path: Path) -> None:
     train_tiny(write_dataset(tmp_path / "data", make_splits()), tmp_path)
-    told = metrics(tmp_path)
-    assert told["validation"].startswith("all rows, for no half has failures and successes")
-    assert told["rows_selecting"] == told["rows_calibrating"] == 9
+    scores = metrics(tmp_path)
+    assert scores["validation"].startswith("all rows, for no half has failures and successes")
+    assert scores["rows_selecting"] == scores["rows_calibrating"] == 9
 
 
 def test_what_selects_is_not_what_calibrates() -> None:

@@ -78,10 +78,10 @@ def test_candidates_lie_over_all_that_the_robot_can_and_are_drawn_where_they_lea
 
 def test_the_scene_whose_candidates_differ_most_is_told_of(split: Dataset) -> None:
     bundle: Any = FearsTheLeft()
-    told = most_telling(bundle, split)
+    scene = most_telling(bundle, split)
     spreads = [score_row(bundle, split, row).least.std() for row in range(len(split))]
-    assert told.least.std() <= max(spreads)
-    assert told.least.std() > 0
+    assert scene.least.std() <= max(spreads)
+    assert scene.least.std() > 0
 
 
 def test_the_picture_shows_good_candidates_in_green_and_bad_ones_in_red(

@@ -10,9 +10,9 @@ from graspe_data.shards.dataset_index import RecordingEntry
 from tests.pipelines.report.conftest import notices_of, stored_rows
 
 
-@pytest.mark.parametrize(("shown", "told"), [(5, True), (6, True), (7, False)])
+@pytest.mark.parametrize(("shown", "noticed"), [(5, True), (6, True), (7, False)])
 def test_empty_trajectory_images_are_told_from_a_quarter_on(
-    tmp_path: Path, shown: int, *, told: bool
+    tmp_path: Path, shown: int, *, noticed: bool
 ) -> None:
     rows = stored_rows(8, 0, failing=1)
     rows["trajectory_image"][:shown, -1, -1] = 1
@@ -22,7 +22,7 @@ def test_empty_trajectory_images_are_told_from_a_quarter_on(
         "draw it as from behind the camera: `trajectory_image: {behind: 1.0}` in the dataset's "
         "manifest."
     )
-    assert notices_of(tmp_path, rows) == ([expected] if told else [])
+    assert notices_of(tmp_path, rows) == ([expected] if noticed else [])
 
 
 def test_where_the_robot_stands_no_longer_horizon_is_advised(tmp_path: Path) -> None:

@@ -88,15 +88,15 @@ def test_the_command_says_which_row_it_drew_and_how_far_away_it_is(
     timed: Path, tmp_path: Path
 ) -> None:
     by_time, by_number = tmp_path / "time.png", tmp_path / "number.png"
-    said = picture(timed, "--at", HOSTILE, 5.52, "--out", by_time)
-    assert said.exit_code == 0
-    assert "nearest is train row 5 at 5.50 s, 0.02 s from 5.52 s" in said.stdout
+    result = picture(timed, "--at", HOSTILE, 5.52, "--out", by_time)
+    assert result.exit_code == 0
+    assert "nearest is train row 5 at 5.50 s, 0.02 s from 5.52 s" in result.stdout
     assert picture(timed, 5, "--out", by_number).exit_code == 0
     assert by_time.read_bytes() == by_number.read_bytes()
 
 
 @pytest.mark.parametrize("words", [(), (3, "--at", "b", 5.0)])
 def test_a_row_is_asked_for_in_one_way(timed: Path, tmp_path: Path, words: tuple[object]) -> None:
-    said = picture(timed, *words, "--out", tmp_path / "row.png")
-    assert "which row?" in str(said.exception)
+    result = picture(timed, *words, "--out", tmp_path / "row.png")
+    assert "which row?" in str(result.exception)
     assert list(tmp_path.iterdir()) == []

@@ -54,9 +54,9 @@ def test_the_continuation_fades_at_the_first_obstacle(dataset: Path) -> None:
 
 def test_an_arc_drawn_from_behind_is_shown_where_the_camera_sees_it(dataset: Path) -> None:
     opened = Dataset(dataset, "train", row_scene.SCENE_COLUMNS)
-    told: dict[str, Any] = dict(opened.index.configuration)
-    told["dataset"] = {**told["dataset"], "trajectory_image": {"behind": 1.0}}
-    index = opened.index.model_copy(update={"configuration": told})
+    configuration: dict[str, Any] = dict(opened.index.configuration)
+    configuration["dataset"] = {**configuration["dataset"], "trajectory_image": {"behind": 1.0}}
+    index = opened.index.model_copy(update={"configuration": configuration})
     drawn = np.ones((48, 64), np.uint8)
     scene = row_scene.row_scene(index, opened.row(0) | {"trajectory_image": drawn})
     rows, columns = np.nonzero(scene.ribbon)
@@ -94,12 +94,12 @@ def test_a_row_tells_its_time_in_the_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("aspect", "told"), [(0.4, "squeezed to 40 %"), (1.5, "stretched to 150 %"), (1.0, "")]
+    ("aspect", "note"), [(0.4, "squeezed to 40 %"), (1.5, "stretched to 150 %"), (1.0, "")]
 )
-def test_a_picture_of_another_aspect_is_said_to_be(dataset: Path, aspect: float, told: str) -> None:
+def test_a_picture_of_another_aspect_is_said_to_be(dataset: Path, aspect: float, note: str) -> None:
     scene = dataclasses.replace(scene_of(dataset), pixel_aspect=aspect)
     found = page._caption(scene, "train", 0).partition("ns.")[2]
-    assert found == (f" As stored, the picture is {told} of its width." if told else "")
+    assert found == (f" As stored, the picture is {note} of its width." if note else "")
 
 
 def test_a_row_is_written_as_a_picture(dataset: Path, tmp_path: Path) -> None:

@@ -19,11 +19,11 @@ AT_WALL: Pose = (0.3, 0.0, 0.0)
 ONWARD = np.array([[0.3, 0.0], [0.3, 0.2]])
 
 
-def scored(chosen: int | None, success: float, told: tuple[float, float]) -> Command:
+def scored(chosen: int | None, success: float, velocity: tuple[float, float]) -> Command:
     considered = Considered(
         ONWARD, np.zeros(len(ONWARD)), np.full((len(ONWARD), 10), success, np.float32), chosen
     )
-    return Command(*told, considered=considered)
+    return Command(*velocity, considered=considered)
 
 
 def entries(command: Command, pose: Pose, count: int = 20) -> list[LogEntry]:
@@ -36,9 +36,9 @@ def walled(lane_of: Any, wall: dict[str, Any]) -> Field:
     return field
 
 
-def explained(field: Field, said: list[LogEntry], outcome: Outcome, pose: Pose) -> Any:
-    logbook = Logbook(field.world, field.robot, MechanicsSettings(), said)
-    return explain(logbook, outcome, said[-1].step + 10, pose, 20.0)
+def explained(field: Field, answers: list[LogEntry], outcome: Outcome, pose: Pose) -> Any:
+    logbook = Logbook(field.world, field.robot, MechanicsSettings(), answers)
+    return explain(logbook, outcome, answers[-1].step + 10, pose, 20.0)
 
 
 def test_a_model_that_accepted_what_fails_perceived_wrongly(walled: Field) -> None:
@@ -81,8 +81,8 @@ def test_a_way_that_was_no_candidate_is_the_planners(lane_of: Any) -> None:
 
 
 def test_moving_to_and_fro_without_getting_on_is_the_planners(walled: Field) -> None:
-    said = [*entries(scored(0, 0.9, (0.3, 0.0)), FREE, 12), *entries(Command(0.0, 0.0), FREE, 8)]
-    assert explained(walled, said, "timeout", FREE).kind == "planner"
+    answers = [*entries(scored(0, 0.9, (0.3, 0.0)), FREE, 12), *entries(Command(0.0, 0.0), FREE, 8)]
+    assert explained(walled, answers, "timeout", FREE).kind == "planner"
 
 
 def test_a_success_needs_no_explanation(walled: Field) -> None:

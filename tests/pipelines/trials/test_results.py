@@ -19,7 +19,7 @@ from pipelines.trials.trial import ControlTimes, Failure, Trial, read_trial
 
 def trial(method: str, seed: int, *, success: bool, path_m: float = 12.0, **changes: Any) -> Trial:
     failure = Failure(kind="perception", told=(0.6, 0.0), predicted=0.8, free=False)
-    told: dict[str, Any] = {
+    content: dict[str, Any] = {
         "scenario": "lane",
         "method": method,
         "seed": seed,
@@ -43,7 +43,7 @@ def trial(method: str, seed: int, *, success: bool, path_m: float = 12.0, **chan
         "path_step_s": 0.2,
         "path": ((0.0, 0.0, 0.0), (10.0, 0.0, 0.0)),
     }
-    return Trial.model_validate(told | changes)
+    return Trial.model_validate(content | changes)
 
 
 def write(out: Path, *trials: Trial) -> None:

@@ -35,7 +35,7 @@ def test_the_path_is_the_true_way_from_start_to_end(aims: Any, drives: Any) -> N
 
 
 @pytest.mark.parametrize(
-    ("told", "changes", "outcome"),
+    ("velocity", "changes", "outcome"),
     [
         ((0.0, 0.0), {"stalled_s": 3.0}, "stalled"),
         ((0.0, 0.6), {"stalled_s": 3.0}, "stalled"),
@@ -44,13 +44,13 @@ def test_the_path_is_the_true_way_from_start_to_end(aims: Any, drives: Any) -> N
     ],
 )
 def test_who_does_not_arrive_fails_by_what_became_of_it(
-    told: tuple[float, float], changes: dict[str, float], outcome: str, holds: Any, drives: Any
+    velocity: tuple[float, float], changes: dict[str, float], outcome: str, holds: Any, drives: Any
 ) -> None:
-    run, trial = drives(holds(*told), **changes)
+    run, trial = drives(holds(*velocity), **changes)
     assert run.outcome == trial.outcome == outcome
     assert trial.failure is not None
     assert trial.failure.kind == "planner"
-    assert trial.failure.told == told
+    assert trial.failure.told == velocity
 
 
 def test_a_wall_ends_the_trial_at_the_impact(aims: Any, drives: Any, wall: dict[str, Any]) -> None:
@@ -106,12 +106,12 @@ def test_sensors_are_no_newer_and_hardly_older_than_on_a_robot(aims: Any, drives
     planner = aims()
     drives(planner, senses=Senses(), time_limit_s=2.0)
     assert planner.asked[0].now_ns == START_NS + 200_000_000
-    for asked in planner.asked:
-        assert 20e6 <= asked.now_ns - asked.picture.stamp_ns <= 230e6
-        assert 50e6 <= asked.now_ns - asked.cloud.stamp_ns <= 310e6
-        assert asked.picture.rgb.shape == (60, 80, 3)
-        assert len(asked.cloud.xyz) > 1000
-    assert len({asked.picture.stamp_ns for asked in planner.asked}) == 10
+    for moment in planner.asked:
+        assert 20e6 <= moment.now_ns - moment.picture.stamp_ns <= 230e6
+        assert 50e6 <= moment.now_ns - moment.cloud.stamp_ns <= 310e6
+        assert moment.picture.rgb.shape == (60, 80, 3)
+        assert len(moment.cloud.xyz) > 1000
+    assert len({moment.picture.stamp_ns for moment in planner.asked}) == 10
 
 
 def test_the_history_reaches_back_before_the_start(aims: Any, drives: Any) -> None:
@@ -122,13 +122,13 @@ def test_the_history_reaches_back_before_the_start(aims: Any, drives: Any) -> No
     assert (np.diff(stamps) == 20_000_000).all()
     assert planner.asked[0].now_ns - stamps[0] >= 5e9
     assert all(motion.linear_velocity == 0 for motion in motions if motion.stamp_ns < START_NS)
-    assert all(len(asked.motions) == len(motions) for asked in planner.asked)
+    assert all(len(moment.motions) == len(motions) for moment in planner.asked)
 
 
 def test_commands_are_held_for_the_control_period(aims: Any, drives: Any) -> None:
     planner = aims()
     run, _ = drives(planner, control_period_s=0.25, time_limit_s=2.0)
-    assert set(np.diff([asked.now_ns for asked in planner.asked])) == {250_000_000}
+    assert set(np.diff([moment.now_ns for moment in planner.asked])) == {250_000_000}
     assert len(run.logbook.entries) == len(planner.asked)
 
 

@@ -55,9 +55,9 @@ def tiny(contract: ContractOf, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def run(out: Path, conditions: Conditions, *methods: Method, **changes: Any) -> list[Trial]:
-    told: dict[str, Any] = {"config": BRIEF, "seeds": (0,)} | changes
-    config, seeds = told.pop("config"), told.pop("seeds")
-    tasks = [TrialTask(conditions, s, m, config, **told) for s in seeds for m in methods]
+    options: dict[str, Any] = {"config": BRIEF, "seeds": (0,)} | changes
+    config, seeds = options.pop("config"), options.pop("seeds")
+    tasks = [TrialTask(conditions, s, m, config, **options) for s in seeds for m in methods]
     return run_trials(tasks, out, Workers(), Silent())
 
 
@@ -77,8 +77,8 @@ def test_each_trial_has_its_file_and_the_scenario_its_conditions(
         (seed, method) for seed in (0, 3) for method in ("dwa_fox", "dwa_lab")
     ]
     assert read_trial(tmp_path / "lane/dwa_lab/3.json") == done[3]
-    told = (tmp_path / "lane/conditions.json").read_text()
-    assert Conditions.model_validate_json(told) == conditions
+    text = (tmp_path / "lane/conditions.json").read_text()
+    assert Conditions.model_validate_json(text) == conditions
     assert {trial.conditions for trial in done} == {conditions.digest}
 
 
@@ -102,11 +102,11 @@ def test_the_number_of_workers_changes_nothing_but_times(
     conditions: Conditions, tmp_path: Path
 ) -> None:
     tasks = [TrialTask(conditions, seed, FOX, BRIEF) for seed in (0, 1)]
-    told = []
+    trials = []
     for workers in (1, 2):
         done = run_trials(tasks, tmp_path / str(workers), Workers(workers), Silent())
-        told.append([trial.model_dump(exclude={"control"}) for trial in done])
-    assert told[0] == told[1]
+        trials.append([trial.model_dump(exclude={"control"}) for trial in done])
+    assert trials[0] == trials[1]
 
 
 def test_a_bundle_drives_and_is_part_of_what_a_trial_depends_on(
@@ -194,17 +194,17 @@ def test_recording_later_runs_the_trial_again(conditions: Conditions, tmp_path: 
 
 
 def test_methods_are_planners_bundles_and_folders_of_bundles(tiny: Path, tmp_path: Path) -> None:
-    asked = ["dwa_fox", f"ours={tiny}"]
-    assert parse_methods(asked) == [FOX, Method("ours", tiny.resolve())]
+    moment = ["dwa_fox", f"ours={tiny}"]
+    assert parse_methods(moment) == [FOX, Method("ours", tiny.resolve())]
     assert parse_methods([str(tiny)]) == [Method("tiny", tiny.resolve())]
     assert parse_methods([str(tiny.parent)]) == [Method("tiny", tiny.resolve())]
 
 
 @pytest.mark.parametrize(
-    "asked", ["dwa", "ours=nowhere", "dwa_fox={tiny}", "a b={tiny}", "{empty}"]
+    "moment", ["dwa", "ours=nowhere", "dwa_fox={tiny}", "a b={tiny}", "{empty}"]
 )
-def test_what_is_no_method_is_refused(asked: str, tiny: Path, tmp_path: Path) -> None:
-    text = asked.format(tiny=tiny, empty=tmp_path)
+def test_what_is_no_method_is_refused(moment: str, tiny: Path, tmp_path: Path) -> None:
+    text = moment.format(tiny=tiny, empty=tmp_path)
     with pytest.raises(StageError, match=r"expected dwa_fox, dwa_lab, mim, .*, NAME=BUNDLE"):
         parse_methods([text])
 
