@@ -145,8 +145,8 @@ def _frame(pictures: Pictures, calibrated: Calibrated, chosen: str | None) -> Fi
     counts = chosen or seen
     text = (
         f"The pictures are in frame '{seen}', {calibrated.topic} in frame '{declared}': both "
-        f"should name the camera's optical frame. '{counts}' counts; set `camera.frame` to choose, or "
-        f"name the CameraInfo of this camera as `camera_info`."
+        f"should name the camera's optical frame. '{counts}' counts; set `camera.frame` to choose, "
+        f"or name the CameraInfo of this camera as `camera_info`."
     )
     return Finding(FRAME, "noted", pictures.topic, text)
 
