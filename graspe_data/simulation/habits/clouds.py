@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graspe_data.simulation.habits.message_parts import SECOND, message_class, stamp_of
 from graspe_data.simulation.habits.recorded import Habit, changed
-from graspe_data.simulation.lidar.points import POINT_TYPE
+from graspe_data.simulation.lidar.beams import POINT_TYPE
 
 POSITIONS: Final[np.dtype[np.void]] = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4")])
 """Spot's drivers: ``ENCODING_XYZ_32F`` and nothing else."""

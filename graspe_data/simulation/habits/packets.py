@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from graspe_data.simulation.habits.clouds import points_of
 from graspe_data.simulation.habits.message_parts import SECOND, header, message_class, stamp_of
 from graspe_data.simulation.habits.recorded import Habit, changed
-from graspe_data.simulation.lidar.firings import COLUMN_S, LASER_S, RINGS
+from graspe_data.simulation.lidar.beams import COLUMN_S, LASER_S, RINGS
 
 # VLP-16 user manual (63-9243): twelve blocks of a flag, an azimuth and two columns of 16 returns.
 _BLOCKS: Final = 12

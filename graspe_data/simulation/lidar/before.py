@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.sensor_failures import NearLeaves, meet_dust, meet_leaves
-from graspe_data.simulation.lidar.firings import Firings
+from graspe_data.simulation.lidar.beams import Firings
 from graspe_data.simulation.lidar.occlusion import BeforeLidar, SectorOcclusion, ThinnedReturns
 from graspe_data.simulation.lidar.receiver import BeamReturns
 

@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 
 from graspe_data.arrays import Floats
 from graspe_data.geometry import Transform
+from graspe_data.simulation.lidar.beams import POINT_TYPE, firings_of_turn, moving_rays, sub_rays
 from graspe_data.simulation.lidar.before import returns_behind
 from graspe_data.simulation.lidar.echoes import Surfaces
-from graspe_data.simulation.lidar.firings import firings_of_turn
-from graspe_data.simulation.lidar.moving_rays import moving_rays
 from graspe_data.simulation.lidar.occlusion import BeforeLidar
-from graspe_data.simulation.lidar.points import POINT_TYPE
 from graspe_data.simulation.lidar.receiver import BeamReturns, receive
 from graspe_data.simulation.lidar.settings import LidarSettings
-from graspe_data.simulation.lidar.sub_rays import sub_rays
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.world.world import World
 

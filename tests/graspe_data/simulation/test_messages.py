@@ -19,7 +19,7 @@ from graspe_data.recordings.decoding import (
 )
 from graspe_data.robot import Intrinsics, Robot
 from graspe_data.simulation.camera.jpeg import encode_jpeg
-from graspe_data.simulation.lidar.points import POINT_TYPE
+from graspe_data.simulation.lidar.beams import POINT_TYPE
 from graspe_data.simulation.messages import Messages
 
 STAMP = 1_700_000_012_345_678_901

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from graspe_data.simulation.lidar.firings import firings_of_turn
+from graspe_data.simulation.lidar.beams import firings_of_turn
 
 
 @pytest.mark.parametrize(("rate", "columns"), [(5.0, 3616), (10.0, 1808), (20.0, 904)])

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from graspe_data.geometry import Transform, rotation_from_rpy
 from graspe_data.recordings.decoding import decode_points
 from graspe_data.robot import Mounting
-from graspe_data.simulation.lidar.firings import firings_of_turn
+from graspe_data.simulation.lidar.beams import POINT_TYPE, firings_of_turn
 from graspe_data.simulation.lidar.lidar import Lidar
 from graspe_data.simulation.lidar.occlusion import SectorOcclusion
-from graspe_data.simulation.lidar.points import POINT_TYPE
 from graspe_data.simulation.lidar.settings import LidarSettings
 from graspe_data.simulation.ray_scene import RayScene
 from graspe_data.simulation.world.materials import MATERIALS, MaterialName

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.simulation.lidar.moving_rays import moving_rays
+from graspe_data.simulation.lidar.beams import moving_rays
 
 KNOTS = np.sort(np.random.default_rng(0).uniform(0, 4, 200))
 

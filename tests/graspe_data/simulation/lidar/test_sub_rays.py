@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graspe_data.simulation.lidar.sub_rays import sub_rays
+from graspe_data.simulation.lidar.beams import sub_rays
 
 
 def axis(azimuth: float, elevation: float, count: int = 1) -> np.ndarray:
