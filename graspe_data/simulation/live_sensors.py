@@ -8,7 +8,7 @@ import numpy as np
 
 from graspe_data.recordings.decoding import decode_image, decode_points
 from graspe_data.sensor_data import Picture, PointCloud
-from graspe_data.simulation.camera.jpeg import encode_jpeg
+from graspe_data.simulation.camera.develop import encode_jpeg
 from graspe_data.simulation.field import Field, part_generator
 from graspe_data.simulation.message_stream import stamp_of
 from graspe_data.simulation.messages import Messages

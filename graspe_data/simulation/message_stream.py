@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graspe_data.geometry import Transform, rotation_from_rpy
-from graspe_data.simulation.camera.jpeg import encode_jpeg
+from graspe_data.simulation.camera.develop import encode_jpeg
 from graspe_data.simulation.field import part_generator
 from graspe_data.simulation.messages import SECOND, Messages
 from graspe_data.simulation.motion.drive import STEP_S

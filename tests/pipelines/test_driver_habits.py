@@ -17,9 +17,15 @@ from graspe_data.recordings.writing import Container, RecordingWriter
 from graspe_data.robot import Robot
 from graspe_data.simulation.habits.carried_clouds import clouds_in_odometry_frame
 from graspe_data.simulation.habits.clouds import livox_messages, livox_points, ouster_points
-from graspe_data.simulation.habits.names import frames_renamed, topics_renamed
 from graspe_data.simulation.habits.odometry import twist_in_odometry_frame, twist_never_filled
-from graspe_data.simulation.habits.recorded import Habit, Recorded, left_out, with_habits
+from graspe_data.simulation.habits.recorded import (
+    Habit,
+    Recorded,
+    frames_renamed,
+    left_out,
+    topics_renamed,
+    with_habits,
+)
 from graspe_data.simulation.habits.robots import DRIVERS, Names, habits_of, spot_frames
 from graspe_data.simulation.habits.transforms import (
     TF_STATIC,

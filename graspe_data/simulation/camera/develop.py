@@ -68,3 +68,10 @@ def _srgb_curve() -> NDArray[np.uint8]:
     linear = np.linspace(0.0, 1.0, LEVELS)
     curve = np.where(linear <= TOE, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.rint(255.0 * curve).astype(np.uint8)
+
+
+def encode_jpeg(rgb: NDArray[np.uint8], quality: int) -> bytes:
+    """JPEG of a picture, uint8 (H, W, 3), RGB; quality in percent."""
+    bgr = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+    encoded: bytes = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+    return encoded

@@ -15,11 +15,10 @@ from graspe_data.manifest import find_manifest, load_manifest
 from graspe_data.robot import Robot
 from graspe_data.simulation.habits.carried_clouds import clouds_in_odometry_frame
 from graspe_data.simulation.habits.clouds import livox_messages, ouster_points, positions_only
-from graspe_data.simulation.habits.names import frames_renamed, topics_renamed
 from graspe_data.simulation.habits.odometry import twist_in_odometry_frame, twist_never_filled
 from graspe_data.simulation.habits.packets import velodyne_packets
 from graspe_data.simulation.habits.pictures import raw_pictures
-from graspe_data.simulation.habits.recorded import Habit, left_out
+from graspe_data.simulation.habits.recorded import Habit, frames_renamed, left_out, topics_renamed
 from graspe_data.simulation.habits.transforms import (
     TF,
     TF_STATIC,

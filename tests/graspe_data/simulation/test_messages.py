@@ -18,7 +18,7 @@ from graspe_data.recordings.decoding import (
     decode_transforms,
 )
 from graspe_data.robot import Intrinsics, Robot
-from graspe_data.simulation.camera.jpeg import encode_jpeg
+from graspe_data.simulation.camera.develop import encode_jpeg
 from graspe_data.simulation.lidar.beams import POINT_TYPE
 from graspe_data.simulation.messages import Messages
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from graspe_data.simulation.camera.jpeg import encode_jpeg
+from graspe_data.simulation.camera.develop import encode_jpeg
 
 
 def test_the_channels_keep_their_order() -> None:

@@ -7,13 +7,18 @@ import pytest
 
 from graspe_data.recordings.decoding import decode_motion
 from graspe_data.simulation.habits.message_parts import pose_of, vector
-from graspe_data.simulation.habits.names import frames_renamed, topics_renamed
 from graspe_data.simulation.habits.odometry import (
     poses_never_filled,
     twist_in_odometry_frame,
     twist_never_filled,
 )
-from graspe_data.simulation.habits.recorded import Recorded, left_out, with_habits
+from graspe_data.simulation.habits.recorded import (
+    Recorded,
+    frames_renamed,
+    left_out,
+    topics_renamed,
+    with_habits,
+)
 from tests.graspe_data.simulation.habits.conftest import IMAGE, ODOMETRY, POINTS, on
 
 
