@@ -58,9 +58,9 @@ def situations(field: Field, config: TrialConfig, number: int) -> Iterator[Situa
     """What a planner is asked with while the robot drives ahead, with new sensor data each time."""
     goal = field.scenario.goal or (5.0, 0.0)
     sensed = Situations(field, goal, Senses(), config.trial.history_s)
-    drawn = part_generator(field.scenario, field.seed, "motion")
+    generator = part_generator(field.scenario, field.seed, "motion")
     limit_s = config.trial.time_limit_s
-    way = DriveInProgress(field.world, field.robot, field.scenario.motion, limit_s, drawn)
+    way = DriveInProgress(field.world, field.robot, field.scenario.motion, limit_s, generator)
     way.advance((SPEED, 0.0), FIRST_STEPS)
     for _ in range(number):
         way.advance((SPEED, 0.0), BETWEEN_STEPS)
@@ -69,15 +69,15 @@ def situations(field: Field, config: TrialConfig, number: int) -> Iterator[Situa
 
 def _line(name: str, planner: Planner, moments: list[Situation]) -> str:
     planner.command(moments[0])
-    taken, candidates, reasons = [], [], 0
+    seconds, candidates, reasons = [], [], 0
     for situation in moments:
         begun = time.perf_counter()
         command = planner.command(situation)
-        taken.append(time.perf_counter() - begun)
+        seconds.append(time.perf_counter() - begun)
         reasons += bool(command.reason) and command.considered is None
         if command.considered is not None:
             candidates.append(len(command.considered.velocities))
-    median, slow = np.median(taken), np.quantile(taken, 0.9)
+    median, slow = np.median(seconds), np.quantile(seconds, 0.9)
     number = np.median(candidates) if candidates else 0
     return (
         f"| {name} | {number:.0f} | {median * 1e3:.0f} | {slow * 1e3:.0f} | {1 / median:.1f} | "

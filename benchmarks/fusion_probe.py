@@ -83,7 +83,7 @@ def encode(checkpoint: Checkpoint, data: Path, split: str, every: int) -> Encode
     )
 
 
-def learn(name: str, known: Encoded, **overrides: Any) -> GraspeFamily:
+def learn(name: str, scenes: Encoded, **overrides: Any) -> GraspeFamily:
     """A model of preset ``small`` whose fusion has learned from encoded scenes."""
     torch.manual_seed(0)
     model = cast("GraspeFamily", create_model(name, "small", **overrides)).train()
@@ -92,9 +92,9 @@ def learn(name: str, known: Encoded, **overrides: Any) -> GraspeFamily:
     decay = torch.optim.lr_scheduler.CosineAnnealingLR(adam, STEPS)
     draw = np.random.default_rng(0)
     for _ in range(STEPS):
-        rows = torch.from_numpy(draw.integers(0, len(known.vectors), BATCH))
-        target = known.success[rows].flatten(0, 1)
-        logits = _fuse(model, known, rows)
+        rows = torch.from_numpy(draw.integers(0, len(scenes.vectors), BATCH))
+        target = scenes.success[rows].flatten(0, 1)
+        logits = _fuse(model, scenes, rows)
         judged = torch.ones_like(target, dtype=torch.bool)
         loss = masked_cross_entropy(logits, target, judged, target.new_ones(len(target)))
         loss = loss + ranking_loss(logits, target, judged, len(rows))

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.label_rules import RULES, measured
+from benchmarks.label_rules import RULES, measured_motion
 from benchmarks.publish import publish
 from graspe_data.arrays import Mask
 from graspe_data.observation.labels import Decided, LabelSettings, decide, label_rows, propose
@@ -94,18 +94,18 @@ def both(name: str, seed: int) -> tuple[Pair, Pair]:
     )
 
 
-def instants(driven: Drive, moments: NDArray[np.intp]) -> tuple[NDArray[np.int64], ...]:
+def instants(drive: Drive, moments: NDArray[np.intp]) -> tuple[NDArray[np.int64], ...]:
     """The nanosecond that ends at each of these steps."""
-    stamps = np.rint(driven.time_s[moments] * 1e9).astype(np.int64)
+    stamps = np.rint(drive.time_s[moments] * 1e9).astype(np.int64)
     return stamps - 1, stamps
 
 
-def driven_labels(scenario: Scenario, seed: int, driven: Drive, moments: NDArray[np.intp]) -> Pair:
+def driven_labels(scenario: Scenario, seed: int, drive: Drive, moments: NDArray[np.intp]) -> Pair:
     """Rows labelled by what the rules propose, and by what truly befell the robot."""
-    series = measured(driven, scenario, part_generator(scenario, seed, "imu"))
-    _, stamps = instants(driven, moments)
+    series = measured_motion(drive, scenario, part_generator(scenario, seed, "imu"))
+    _, stamps = instants(drive, moments)
     by_rule = decide(propose(series, RULES), None, "take")
-    truly = Decided(taken=tuple(true_events(driven)))
+    truly = Decided(taken=tuple(true_events(drive)))
     label, truth = (
         label_rows(stamps, series.odometry, decided, LabelSettings())
         for decided in (by_rule, truly)
@@ -118,7 +118,7 @@ def candidate_labels(
     scenario: Scenario,
     robot: Robot,
     world: World,
-    driven: Drive,
+    drive: Drive,
     moments: NDArray[np.intp],
     seed: int,
 ) -> Pair:
@@ -127,9 +127,9 @@ def candidate_labels(
     velocities = draw_candidates(robot.limits, len(moments), generator)
     mechanics = scenario.motion.mechanics
     labels = candidate_success(
-        world, robot, driven, moments, velocities, ARC_STEPS, ARC_STEP_S, mechanics
+        world, robot, drive, moments, velocities, ARC_STEPS, ARC_STEP_S, mechanics
     )
-    poses = np.column_stack([driven.position[moments, :2], driven.attitude[moments, 2]])
+    poses = np.column_stack([drive.position[moments, :2], drive.attitude[moments, 2]])
     outcomes = [
         goes_on(scenario, robot, begun(world, robot, pose), velocity, generator)
         for pose, arcs in zip(poses.tolist(), velocities, strict=True)

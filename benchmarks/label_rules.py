@@ -68,27 +68,27 @@ def score(scenario: Scenario, robot: Robot, seed: int) -> Scores:
     planner = RandomPlanner(world, robot, scenario.planner, draw)
     motion = part_generator(scenario, seed, "motion")
     driven = drive_robot(world, robot, planner, scenario.motion, scenario.duration_s, motion)
-    series = measured(driven, scenario, part_generator(scenario, seed, "imu"))
+    series = measured_motion(driven, scenario, part_generator(scenario, seed, "imu"))
     proposed, true = propose(series, RULES).events, true_events(driven)
     return {kind: score_events(proposed, true, kind) for kind in KINDS}
 
 
-def measured(driven: Drive, scenario: Scenario, noise: np.random.Generator) -> MotionSeries:
+def measured_motion(driven: Drive, scenario: Scenario, noise: np.random.Generator) -> MotionSeries:
     """What the robot itself reports, at the scenario's rates and with the IMU's noise."""
     stamps = np.round(driven.time_s * 1e9).astype(np.int64)
     odometry, command, imu = (
         slice(None, None, round(1 / rate / STEP_S))
         for rate in (scenario.rates.odometry, scenario.rates.command, scenario.rates.imu)
     )
-    felt = np.concatenate([driven.acceleration, driven.gyro], axis=1)[imu]
-    felt = felt + noise.normal(0.0, np.repeat(IMU_NOISE, 3), felt.shape)
+    inertial = np.concatenate([driven.acceleration, driven.gyro], axis=1)[imu]
+    inertial = inertial + noise.normal(0.0, np.repeat(IMU_NOISE, 3), inertial.shape)
     x, y, yaw = driven.odometry[odometry].T
     v, omega = driven.measured[odometry].T
     roll, pitch, _ = driven.attitude[odometry].T
     return MotionSeries(
         OdometrySeries(stamps[odometry], x, y, yaw, v, omega, roll, pitch),
         CommandSeries(stamps[command], *driven.command[command].T),
-        InertialSeries(stamps[imu], felt[:, 3:], felt[:, :3]),
+        InertialSeries(stamps[imu], inertial[:, 3:], inertial[:, :3]),
     )
 
 

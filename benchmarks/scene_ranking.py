@@ -60,8 +60,8 @@ class PointsAndVelocity(nn.Module):
         """Score velocities (B, K, 2) in clouds (B, P, 3)."""
         scene = self.points(bounded(clouds, HALF_RANGE)).vector
         repeated = scene.repeat_interleave(velocities.shape[1], dim=0)
-        driven = self.velocity(velocities.flatten(0, 1))
-        return self.head(torch.cat((repeated, driven), dim=1))  # type: ignore[no-any-return]
+        by_velocity = self.velocity(velocities.flatten(0, 1))
+        return self.head(torch.cat((repeated, by_velocity), dim=1))  # type: ignore[no-any-return]
 
 
 def read_scenes(data: Path, split: str, every: int) -> Scenes:

@@ -127,6 +127,6 @@ def _recording(dataset: Dataset, row: int) -> str:
     if RECORDING not in {column.name for column in dataset.index.columns}:
         return ""
     place = Dataset(dataset.path, dataset.split, [RECORDING]).row(row)[RECORDING]
-    known = dataset.index.recordings
+    recordings = dataset.index.recordings
     number = int(place)
-    return f" (recording {known[number].name if 0 <= number < len(known) else number})"
+    return f" (recording {recordings[number].name if 0 <= number < len(recordings) else number})"

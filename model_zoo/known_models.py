@@ -56,7 +56,7 @@ def known_models() -> Models:
     Raises:
         ZooError: A registered module cannot be imported, has no model, or one whose name is taken.
     """
-    return _known(os.environ.get(VARIABLE, ""))
+    return _listed_models(os.environ.get(VARIABLE, ""))
 
 
 def nearest_of(name: str, known: Iterable[str]) -> str:
@@ -68,16 +68,16 @@ def nearest_of(name: str, known: Iterable[str]) -> str:
 
 
 @cache
-def _known(listed: str) -> Models:
-    known = dict(SHIPPED)
+def _listed_models(listed: str) -> Models:
+    models = dict(SHIPPED)
     for where, module in _registered(listed):
         for model in _import(where, module):
-            if known.setdefault(model.name, model) is not model:
+            if models.setdefault(model.name, model) is not model:
                 raise ZooError(
                     f"{where}: {module} has a model {model.name!r}, a name that is taken by "
-                    f"{known[model.name].__module__}. Give it another name."
+                    f"{models[model.name].__module__}. Give it another name."
                 )
-    return known
+    return models
 
 
 def _registered(listed: str) -> Iterator[tuple[str, str]]:

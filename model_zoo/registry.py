@@ -32,7 +32,7 @@ def model_settings(name: str, preset: str = "paper", **overrides: Any) -> Settin
     Raises:
         ZooError: An unknown name, preset or setting, or a value that does not fit.
     """
-    model, presets = _found(name), presets_of(name)
+    model, presets = _model_class(name), presets_of(name)
     if preset not in presets:
         raise ZooError(f"no preset of {name} {preset!r}: {nearest_of(preset, presets)}")
     numbers = merged(presets[preset], overrides)
@@ -57,13 +57,13 @@ def create_model(name: str, preset: str = "paper", **overrides: Any) -> SuccessM
     settings = model_settings(name, preset, **overrides)
 
     def make() -> SuccessModel:
-        return _found(name)(settings)
+        return _model_class(name)(settings)
 
     plan_model(make, f"{name}, preset {preset}")
     return make()
 
 
-def _found(name: str) -> type[SuccessModel]:
+def _model_class(name: str) -> type[SuccessModel]:
     models = known_models()
     if name in models:
         return models[name]

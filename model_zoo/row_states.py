@@ -47,7 +47,7 @@ def read_row_states(folder: Path, split: str, success: Mask, mask: Mask) -> NDAr
     index = Dataset(folder, split, ()).index
     declared = {column.name for column in index.columns}
     if STATE in declared:
-        return _stored(folder, split)
+        return _stored_states(folder, split)
     names = tuple(name for name in ("stamp_ns", "recording", HISTORY) if name in declared)
     found = Dataset(folder, split, names, check="sha256").batch(np.arange(len(mask)))
     failing = failing_by_labels(
@@ -62,7 +62,7 @@ def read_row_states(folder: Path, split: str, success: Mask, mask: Mask) -> NDAr
     return anchor_states(failing, velocity)
 
 
-def _stored(folder: Path, split: str) -> NDArray[np.uint8]:
+def _stored_states(folder: Path, split: str) -> NDArray[np.uint8]:
     rows = Dataset(folder, split, (STATE,), check="sha256")
     states = rows.batch(np.arange(len(rows)))[STATE].astype(np.uint8)
     strange = states > max(AnchorState)
@@ -74,5 +74,5 @@ def _stored(folder: Path, split: str) -> NDArray[np.uint8]:
     return states
 
 
-def _or_zeros(found: dict[str, NDArray[Any]], name: str, rows: int) -> NDArray[np.int64]:
-    return found[name].astype(np.int64) if name in found else np.zeros(rows, np.int64)
+def _or_zeros(columns: dict[str, NDArray[Any]], name: str, rows: int) -> NDArray[np.int64]:
+    return columns[name].astype(np.int64) if name in columns else np.zeros(rows, np.int64)

@@ -103,9 +103,9 @@ def _summary(outcome: Episode | Refusal) -> str:
     if isinstance(outcome, Refusal):
         return f"{outcome.path.name}: refused: {outcome.reason}"
     record = outcome.extracted
-    lost = "; ".join(f"{count} lost: {reason}" for reason, count in record.lost.items())
+    losses = "; ".join(f"{count} lost: {reason}" for reason, count in record.lost.items())
     state = "" if outcome.done_now else ", up to date"
-    return f"{outcome.path.name}: {record.rows} rows{state}" + (f"; {lost}" if lost else "")
+    return f"{outcome.path.name}: {record.rows} rows{state}" + (f"; {losses}" if losses else "")
 
 
 def _sorted_out(

@@ -106,14 +106,26 @@ def _text_of(document: LinedYaml, key: str) -> str:
 def _recording_of(path: Path, document: LinedYaml, recordings: Sequence[Path]) -> Path | None:
     """The recording beside the file, else the one it is named for, else the one it names."""
     name = _text_of(document, "recording")
-    beside = [known for known in recordings if annotation_path(known).resolve() == path.resolve()]
-    alike = [known for known in recordings if annotation_path(known).name == path.name]
-    by_name = [known for known in recordings if name and known.resolve().name == name]
+    beside = [
+        recording_path
+        for recording_path in recordings
+        if annotation_path(recording_path).resolve() == path.resolve()
+    ]
+    alike = [
+        recording_path
+        for recording_path in recordings
+        if annotation_path(recording_path).name == path.name
+    ]
+    by_name = [
+        recording_path
+        for recording_path in recordings
+        if name and recording_path.resolve().name == name
+    ]
     return next(iter([*beside, *alike, *by_name]), None)
 
 
 def _unknown(path: Path, recordings: Sequence[Path]) -> LinedFault:
-    names = [known.resolve().name for known in recordings]
+    names = [recording_path.resolve().name for recording_path in recordings]
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return LinedFault(
         0,

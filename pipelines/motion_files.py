@@ -49,7 +49,7 @@ def motion_series(synchronised: SynchronisedRecording) -> MotionSeries:
         command = CommandSeries(stamps, values[:, 0], values[:, 1])
     if synchronised.imu is not None:
         table = synchronised.imu.values
-        measured = np.concatenate([_measured(table[:, :3]), _measured(table[:, 3:])], axis=1)
+        measured = np.concatenate([_if_finite(table[:, :3]), _if_finite(table[:, 3:])], axis=1)
         stamps, values = _in_time(TimedValues(synchronised.imu.stamps_ns, measured))
         inertial = InertialSeries(stamps, values[:, :3], values[:, 3:])
     return MotionSeries(series, command, inertial)
@@ -91,5 +91,5 @@ def _in_time(timed: TimedValues) -> tuple[NDArray[np.int64], NDArray[np.float64]
     return stamps[finite], values[finite]
 
 
-def _measured(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _if_finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.zeros_like(values) if np.isnan(values).all() else values

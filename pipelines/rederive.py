@@ -56,9 +56,9 @@ def rederive_rows(folder: Path, recordings: Sequence[Path], count: int, seed: in
     """
     index = read_index(folder)
     recipe = _recipe(index)
-    given = {recording_digest(path): path for path in recordings}
+    by_digest = {recording_digest(path): path for path in recordings}
     wanted = {number: entry for number, entry in enumerate(index.recordings) if entry.rows}
-    paths = {n: given[entry.digest] for n, entry in wanted.items() if entry.digest in given}
+    paths = {n: by_digest[entry.digest] for n, entry in wanted.items() if entry.digest in by_digest}
     if not paths:
         raise ShardError(
             f"{folder}: none of the given recordings is one of this dataset's: "

@@ -36,7 +36,7 @@ class LidarClouds:
     def __init__(self, frame: str | None = None, rings: int | None = None) -> None:
         """Take the lidar's frame and its number of rings; None where the robot does not tell."""
         self._frame, self._rings = SensorFrame("lidar", frame), rings
-        self._counted = False
+        self._rings_checked = False
 
     @classmethod
     def of(cls, robot: Robot) -> LidarClouds:
@@ -94,14 +94,16 @@ class LidarClouds:
             wrong = cloud.ring[(cloud.ring < 0) | (cloud.ring >= self._rings)]
             found = f"a ring {int(wrong[0])}" if len(wrong) else ""
         else:
-            number = 0 if self._counted else len(np.unique(recover_rings(_returns_of(cloud).xyz)))
+            number = (
+                0 if self._rings_checked else len(np.unique(recover_rings(_returns_of(cloud).xyz)))
+            )
             found = f"about {number} rings" if number > _MORE * self._rings else ""
         if found:
             raise PlannerError(
                 f"the cloud has {found}, expected 0 to {self._rings - 1}: `lidar.rings` of the "
                 f"robot manifest is {self._rings}; set it to the lidar's."
             )
-        self._counted = True
+        self._rings_checked = True
 
 
 def blind(xyz: NDArray[np.floating], mounting: Transform, minimum_range: float) -> str:

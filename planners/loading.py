@@ -40,7 +40,7 @@ def load_planner(
         PlannerError: The bundle is damaged, or the robot is not the one that it was made for.
         ManifestError: The robot's manifest does not validate.
     """
-    known = robot if isinstance(robot, Robot) else load_robot(robot)
-    sensors = calibration_of(known) if calibration is None else calibration
+    robot_model = robot if isinstance(robot, Robot) else load_robot(robot)
+    sensors = calibration_of(robot_model) if calibration is None else calibration
     scorer = Scorer(load_bundle(bundle, threads=threads), sensors)
-    return Guarded(GraspePlanner(known, scorer, settings), known.limits, guard)
+    return Guarded(GraspePlanner(robot_model, scorer, settings), robot_model.limits, guard)

@@ -39,8 +39,10 @@ def motion_history(
     times = history_times(
         np.array([moment_ns], np.int64), settings.history_steps, settings.history_step_s
     )
-    history, known = velocity_history(_series(situation, moment_ns), times, settings.odometry_gap_s)
-    if not known[0]:
+    history, is_known = velocity_history(
+        _series(situation, moment_ns), times, settings.odometry_gap_s
+    )
+    if not is_known[0]:
         raise PlannerError(_uncovered(situation, int(times[0, 0]), moment_ns, settings))
     return np.asarray(history[0], np.float32)
 

@@ -80,7 +80,7 @@ def _poses(situation: Situation) -> list[tuple[int, Pose]]:
             continue
         if not (np.abs((*place, *turn)) <= FARTHEST).all():  # NaN is not either
             continue
-        seen = Transform.from_quaternion(np.array(place), np.array(turn))
-        yaw = float(roll_pitch_yaw(seen.rotation)[2])
+        transform = Transform.from_quaternion(np.array(place), np.array(turn))
+        yaw = float(roll_pitch_yaw(transform.rotation)[2])
         poses.append((stamp, (float(place[0]), float(place[1]), yaw)))
     return sorted(dict(poses).items())

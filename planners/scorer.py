@@ -79,7 +79,7 @@ class Scorer:
         self._bundle, self._calibration = bundle, calibration
         self._observer = RowObserver(bundle.contract, calibration, source)
         self._last: _SceneInputs | None = None
-        self._taken = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
+        self._inputs = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
 
     @property
     def contract(self) -> BundleContract:
@@ -141,11 +141,11 @@ class Scorer:
     def _candidates(self, scene: Scene, velocities: Floats) -> Arrays:
         """What ``score`` takes of the candidates and the reliabilities."""
         arrays = {
-            name: array for name, array in scene.observation.columns.items() if name in self._taken
+            name: array for name, array in scene.observation.columns.items() if name in self._inputs
         }
-        if "trajectory_image" in self._taken:
+        if "trajectory_image" in self._inputs:
             images = self._observer.trajectory_images(velocities)
-            arrays["trajectory_image"] = _as_taken(images, self._taken["trajectory_image"])
+            arrays["trajectory_image"] = _as_taken(images, self._inputs["trajectory_image"])
         return arrays
 
 

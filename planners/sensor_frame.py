@@ -74,15 +74,15 @@ class SensorFrame:
             )
         self._frame = found
 
-    def _fault(self, found: str, motions: Sequence[Motion]) -> str:
+    def _fault(self, frame: str, motions: Sequence[Motion]) -> str:
         if self._frame is not None:
-            return "" if found == self._frame else f"expected {self._frame!r}"
-        if not found:
+            return "" if frame == self._frame else f"expected {self._frame!r}"
+        if not frame:
             return "which names none"
         last = motions[-1] if motions else None
         moving = (plain_frame(last.frame), plain_frame(last.child_frame)) if last else ()
-        if found in moving or _is_place(found):
+        if frame in moving or _is_place(frame):
             return f"which is no {self._sensor}'s"
-        if self._sensor == "lidar" and any(name in found.lower() for name in _CAMERAS):
+        if self._sensor == "lidar" and any(name in frame.lower() for name in _CAMERAS):
             return "which is a camera's"
         return ""

@@ -45,10 +45,10 @@ class VelocityWindow:
         row, column = np.nonzero(self.allowed)
         return np.stack((self.linear[row], self.yaw_rate[column]), axis=1)
 
-    def keep(self, kept: Mask) -> VelocityWindow:
+    def keep(self, mask: Mask) -> VelocityWindow:
         """The window with only those of its ``velocities`` that bool (K,) marks."""
         allowed = self.allowed.copy()
-        allowed[self.allowed] = kept
+        allowed[self.allowed] = mask
         return replace(self, allowed=allowed)
 
     def on_lattice(self, values: Floats, fill: float = np.nan) -> Floats:
@@ -86,8 +86,8 @@ def velocity_window(
 
 def _within(bounds: tuple[float, float], now: float, reach: float) -> tuple[float, float]:
     low, high = bounds
-    held = min(max(now, low), high)
-    return max(low, held - reach), min(high, held + reach)
+    centre = min(max(now, low), high)
+    return max(low, centre - reach), min(high, centre + reach)
 
 
 def _axis(ends: tuple[float, float], step: float) -> Floats:
@@ -98,8 +98,8 @@ def _axis(ends: tuple[float, float], step: float) -> Floats:
     low, high = ends
     multiples = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
     inner = (multiples - low > step / 2) & (high - multiples > step / 2)
-    kept = multiples[inner | (np.abs(multiples) < _TOLERANCE)]
-    axis = np.unique(np.concatenate(([low, high], kept)))
+    inner_values = multiples[inner | (np.abs(multiples) < _TOLERANCE)]
+    axis = np.unique(np.concatenate(([low, high], inner_values)))
     axis[np.abs(axis) < _TOLERANCE] = 0.0
     return np.unique(axis)
 
@@ -136,6 +136,6 @@ def stays_in_view(
         bool (K,).
     """
     chord = velocities[:, 1] * horizon_s / 2
-    seen = (velocities[:, 0] > 0) & (chord >= bearings[0]) & (chord <= bearings[1])
-    kept: NDArray[np.bool_] = seen | (velocities[:, 0] == 0)
-    return kept
+    in_view = (velocities[:, 0] > 0) & (chord >= bearings[0]) & (chord <= bearings[1])
+    mask: NDArray[np.bool_] = in_view | (velocities[:, 0] == 0)
+    return mask

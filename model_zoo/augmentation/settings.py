@@ -217,10 +217,10 @@ def settings_of_dataset(
     built = _mapping(index.configuration.get("dataset"))
     found = {key: built.get(key) for key in ("image_reliability", "point_reliability")}
     found["laser_scan"] = _mapping(built.get("points")).get("laser_scan")
-    known = {key: value for key, value in found.items() if value is not None}
-    given = {} if settings is None else settings.model_dump()
+    measured = {key: value for key, value in found.items() if value is not None}
+    changes = {} if settings is None else settings.model_dump()
     try:
-        return validate(given | known, AugmentationSettings, f"configuration of {index.name}")
+        return validate(changes | measured, AugmentationSettings, f"configuration of {index.name}")
     except ManifestError as error:
         raise ZooError(str(error)) from error
 

@@ -134,26 +134,26 @@ Columns = Mapping[str, Tensor] | Mapping[str, NDArray[Any]]
 
 
 def model_inputs(
-    given: Columns, columns: Sequence[InputColumn], device: torch.device
+    arrays: Columns, columns: Sequence[InputColumn], device: torch.device
 ) -> dict[str, Tensor]:
     """The columns that a model reads, as tensors on its device.
 
     Args:
-        given: Others in it are left out.
+        arrays: Others in it are left out.
         columns: What the model reads.
         device: Where its weights are.
 
     Raises:
         ZooError: A column is missing, or its rows have another shape.
     """
-    missing = [column.name for column in columns if column.name not in given]
+    missing = [column.name for column in columns if column.name not in arrays]
     if missing:
-        found = ", ".join(given) or "none"
+        found = ", ".join(arrays) or "none"
         raise ZooError(
             f"predict: no column {', '.join(missing)}, found {found}. Give the batch of a dataset "
             "that was opened with the columns `checkpoint.model.columns`."
         )
-    return {column.name: _tensor(given[column.name], column).to(device) for column in columns}
+    return {column.name: _tensor(arrays[column.name], column).to(device) for column in columns}
 
 
 def _tensor(value: Tensor | NDArray[Any], column: InputColumn) -> Tensor:

@@ -50,8 +50,8 @@ def write_bundle(folder: Path, files: Mapping[str, bytes]) -> Path:
     """
     check_place(folder)
     try:
-        with replaced_folder(folder) as made:
-            replace(BUNDLE, refusal=ZooError).write(made, files)
+        with replaced_folder(folder) as place:
+            replace(BUNDLE, refusal=ZooError).write(place, files)
     except OSError as error:
         raise ZooError(f"{folder}: cannot be written: {error.strerror}.") from error
     return folder

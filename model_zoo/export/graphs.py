@@ -114,7 +114,7 @@ def _export(
     try:
         with _quiet_torch():
             traced = torch.export.export(module.eval(), inputs, dynamic_shapes=(open_axes,))
-            made = torch.onnx.export(
+            program = torch.onnx.export(
                 traced,
                 inputs,
                 dynamo=True,
@@ -126,6 +126,6 @@ def _export(
     except (RuntimeError, ValueError, torch.onnx.OnnxExporterError) as error:
         reason = str(error).partition("\n")[0]
         raise ZooError(f"{', '.join(outputs)}: torch cannot export the graph: {reason}") from error
-    if made is None:
+    if program is None:
         raise ZooError(f"{', '.join(outputs)}: torch exported no graph.")
-    return portable_graph(made.model_proto, open_names={CANDIDATES, OUTPUT})
+    return portable_graph(program.model_proto, open_names={CANDIDATES, OUTPUT})

@@ -89,9 +89,9 @@ def check_parity(
     recorded: dict[str, NDArray[np.generic]] = {}
     if contract.uses_candidates:
         recorded[CANDIDATES] = candidates
-    planned = list(_cases(scenes, contract))
-    progress.start("cases", len(planned))
-    for scene, count in planned:
+    cases_to_try = list(_cases(scenes, contract))
+    progress.start("cases", len(cases_to_try))
+    for scene, count in cases_to_try:
         expected = _predicted(checkpoint, scene.columns, candidates[:count])
         found = runtime.run(scene.columns, candidates[:count])
         cases.append(_case(scene, count, expected, found))

@@ -69,7 +69,7 @@ def drawn_scenes(inputs: Sequence[GraphTensor]) -> list[SceneRow]:
         inputs: Of the model; a candidate is one that is not in the picture.
     """
     draw = np.random.default_rng(0)
-    return [SceneRow(f"drawn_{k}", "drawn", _drawn(inputs, draw)) for k in range(SCENES)]
+    return [SceneRow(f"drawn_{k}", "drawn", _noise(inputs, draw)) for k in range(SCENES)]
 
 
 def adverse_scenes(scene: SceneRow) -> list[SceneRow]:
@@ -98,7 +98,7 @@ def _filled(columns: Columns, change: Mapping[str, float]) -> Columns:
     }
 
 
-def _drawn(inputs: Sequence[GraphTensor], draw: np.random.Generator) -> Columns:
+def _noise(inputs: Sequence[GraphTensor], draw: np.random.Generator) -> Columns:
     sizes = {
         tensor.name: tuple(1 if size == "K" else size for size in tensor.shape) for tensor in inputs
     }

@@ -49,9 +49,9 @@ def _moments(x: Tensor) -> tuple[Tensor, Tensor]:
     return mean, centred.T @ centred / len(rows)
 
 
-def _gather(x: Tensor, chosen: Tensor) -> Tensor:
+def _gather(x: Tensor, index: Tensor) -> Tensor:
     """The chosen points, (B, outputs, C)."""
-    return x.gather(1, chosen.unsqueeze(2).expand(-1, -1, x.shape[2]))
+    return x.gather(1, index.unsqueeze(2).expand(-1, -1, x.shape[2]))
 
 
 @torch.no_grad()

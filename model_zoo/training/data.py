@@ -110,8 +110,8 @@ def _look_through(
 
 
 def _preparation(index: DatasetIndex, recipe: Recipe) -> Preparation:
-    given = recipe.augmentation
-    augmentation = None if given is None else settings_of_dataset(index, given)
+    changes = recipe.augmentation
+    augmentation = None if changes is None else settings_of_dataset(index, changes)
     return Preparation(augmentation, recipe.seed, recipe.candidates)
 
 
@@ -157,11 +157,11 @@ def _validation(
     session: Session,
 ) -> BatchLoader:
     marks = {SELECTING: divided.selecting, CALIBRATING: divided.halves.calibrates}
-    given = recipe.augmentation.reliability if recipe.augmentation else "measured"
+    reliabilities = recipe.augmentation.reliability if recipe.augmentation else "measured"
     return BatchLoader(
         ChosenRows(dataset, choose_rows(labels, "none"), marks),
         recipe.batch_size,
-        transform=SoundRows(given, recipe.seed),
+        transform=SoundRows(reliabilities, recipe.seed),
         rank=session.fabric.global_rank,
         world_size=session.fabric.world_size,
         tail="pad",

@@ -134,5 +134,5 @@ class Reporter:
 
     def _log(self, kind: str, values: Mapping[str, float]) -> None:
         if self._fabric.loggers:
-            named = {f"{kind}/{name}": value for name, value in values.items()}
-            self._fabric.log_dict(named, step=self._state.step)
+            scalars = {f"{kind}/{name}": value for name, value in values.items()}
+            self._fabric.log_dict(scalars, step=self._state.step)

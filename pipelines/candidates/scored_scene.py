@@ -71,11 +71,11 @@ def score_row(bundle: Bundle, dataset: Dataset, row: int) -> ScoredScene:
     features = bundle.encode(
         {tensor.name: batch[tensor.name] for tensor in bundle.contract.encode_inputs}
     )
-    taken = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
-    candidates = {name: batch[name] for name in taken if name in ("r_img", "r_point")}
-    if "trajectory_image" in taken:
+    inputs_of_score = {tensor.name: tensor for tensor in bundle.contract.score_inputs}
+    candidates = {name: batch[name] for name in inputs_of_score if name in ("r_img", "r_point")}
+    if "trajectory_image" in inputs_of_score:
         drawn = draw_candidates(scene, velocities)
-        candidates["trajectory_image"] = drawn.astype(taken["trajectory_image"].dtype)
+        candidates["trajectory_image"] = drawn.astype(inputs_of_score["trajectory_image"].dtype)
     success = bundle.score(features, candidates)
     return ScoredScene(
         scene=scene,

@@ -170,7 +170,7 @@ def _print_verdict(console: Console, verdict: Verdict) -> None:
         _line(console, 2, (f"{finding.course}: ", _STYLES[finding.course]), (finding.text, ""))
     if verdict.possible:
         rows = f", {verdict.rows} with the usual windows" if verdict.rows else ""
-        _line(console, 2, ("can make rows: yes", "bold green"), (rows + _chosen(verdict), ""))
+        _line(console, 2, ("can make rows: yes", "bold green"), (rows + _choice(verdict), ""))
     else:
         reasons = "; ".join(verdict.reasons)
         _line(console, 2, ("can make rows: no", "bold red"), (f": {reasons}", ""))
@@ -178,7 +178,7 @@ def _print_verdict(console: Console, verdict: Verdict) -> None:
         _line(console, 2, ("note: ", "yellow"), (note, ""))
 
 
-def _chosen(verdict: Verdict) -> str:
+def _choice(verdict: Verdict) -> str:
     return ": " + ", ".join(f"{role} {topic}" for role, topic in verdict.topics.items())
 
 

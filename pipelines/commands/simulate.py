@@ -72,9 +72,9 @@ def simulate(
 
 
 def _changed(
-    chosen: Scenario, name: str, duration: float | None, sensor_rate: float | None
+    scenario: Scenario, name: str, duration: float | None, sensor_rate: float | None
 ) -> Scenario:
-    content, source = chosen.model_dump(), name
+    content, source = scenario.model_dump(), name
     if duration is not None:
         content["duration_s"], source = duration, f"{source} --duration {duration:g}"
     if sensor_rate is not None:

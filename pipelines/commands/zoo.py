@@ -179,7 +179,7 @@ def evaluate_command(
         torch.set_num_threads(threads)
     with ConsoleProgress(Console(stderr=True)) as progress:
         loaded = load_checkpoint(checkpoint)
-        made = evaluate(
+        evaluation = evaluate(
             loaded,
             data,
             split,
@@ -189,8 +189,8 @@ def evaluate_command(
             progress=progress,
             references=references,
         )
-    made.write(file)
-    typer.echo(f"{render_summary(made)}\n\n{file}")
+    evaluation.write(file)
+    typer.echo(f"{render_summary(evaluation)}\n\n{file}")
 
 
 @app.command("compare")

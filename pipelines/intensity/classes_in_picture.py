@@ -39,16 +39,16 @@ def draw_classes_in_picture(
     intrinsics, base_from_camera = camera
     xyz = move_points(mapped.cloud.xyz, mapped.base_from_lidar)
     kinds = _kinds(xyz, mapped, settings, base_height)
-    seen = move_points(xyz, base_from_camera.inverse())
-    ahead = (seen[:, 2] > NEAREST_M) & (kinds != "")
-    pixels = seen[ahead] @ intrinsics.matrix.T
+    in_camera = move_points(xyz, base_from_camera.inverse())
+    ahead = (in_camera[:, 2] > NEAREST_M) & (kinds != "")
+    pixels = in_camera[ahead] @ intrinsics.matrix.T
     places = pixels[:, :2] / pixels[:, 2:]
     inside = ((places >= 0) & (places < (intrinsics.width, intrinsics.height))).all(axis=1)
-    drawn, radius = picture.copy(), max(1, round(DOT_SHARE * picture.shape[1]))
+    canvas, radius = picture.copy(), max(1, round(DOT_SHARE * picture.shape[1]))
     for (u, v), kind in zip(places[inside].tolist(), kinds[ahead][inside].tolist(), strict=True):
         colour = [round(255 * part) for part in COLOURS[kind]]
-        cv2.circle(drawn, (round(u), round(v)), radius, colour, cv2.FILLED)
-    return drawn
+        cv2.circle(canvas, (round(u), round(v)), radius, colour, cv2.FILLED)
+    return canvas
 
 
 def _kinds(

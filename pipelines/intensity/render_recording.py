@@ -133,10 +133,10 @@ def _write_frames(
     renderer: RecordingRenderer, out: Path, video: VideoFile, progress: Progress
 ) -> tuple[list[Path], list[float], Counter[str]]:
     """Write every cloud's picture; give their paths, seconds a map, and reasons of those lost."""
-    pictures, times, lost = list[Path](), list[float](), Counter[str]()
+    pictures, times, losses = list[Path](), list[float](), Counter[str]()
     for number, found in enumerate(renderer.maps):
         if isinstance(found, UnmappedCloud):
-            lost[found.reason] += 1
+            losses[found.reason] += 1
             progress.advance(f"no map: {found.reason}")
             continue
         path, frame = out / f"map-{number:05d}.png", renderer.frame(found)
@@ -145,7 +145,7 @@ def _write_frames(
         pictures.append(path)
         times.append(found.wall_s)
         progress.advance(str(path))
-    return pictures, times, lost
+    return pictures, times, losses
 
 
 def _rate_hz(stamps_ns: NDArray[np.int64]) -> float:

@@ -84,7 +84,7 @@ def histograms(
         ShardError: A shard is missing or damaged, or a column is not there.
     """
     edges = _edges(folder, splits, quantities)
-    made = [
+    counted_rows = [
         RowHistogram(
             quantity, edges[quantity.column], {s: np.zeros(BINS, np.int64) for s in splits}
         )
@@ -92,11 +92,11 @@ def histograms(
     ]
     for split in splits:
         for block in row_blocks(folder, split, [quantity.column for quantity in quantities]):
-            for histogram in made:
+            for histogram in counted_rows:
                 values = block.columns[histogram.quantity.column] / histogram.quantity.unit
                 inside = np.clip(values, histogram.edges[0], histogram.edges[-1])
                 histogram.counts[split][:] += np.histogram(inside, histogram.edges)[0]
-    return made
+    return counted_rows
 
 
 def _edges(

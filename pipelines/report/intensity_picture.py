@@ -23,17 +23,17 @@ MOST_LAYERS = 4
 
 
 def draw_intensity_map(
-    stored: NDArray[np.uint8], settings: LayerSettings, footprint: Footprint, dpi: int = 100
+    layers_of_row: NDArray[np.uint8], settings: LayerSettings, footprint: Footprint, dpi: int = 100
 ) -> bytes:
     """Draw the column ``intensity_map`` of a row as a PNG of 13.6 x 3.4 inches.
 
     Args:
-        stored: uint8 (layers, n, n), as a row has it.
+        layers_of_row: uint8 (layers, n, n), as a row has it.
         settings: What the column was made with.
         footprint: Of the robot.
         dpi: Pixels an inch.
     """
-    layers = restore_layers(stored)
+    layers = restore_layers(layers_of_row)
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), dpi=dpi, facecolor="white")
     FigureCanvasAgg(figure)
     classes = ClassSettings()

@@ -117,8 +117,8 @@ def _nonzero(counts: Any) -> dict[str, Any]:
 
 
 def _samples(folder: Path, index: DatasetIndex, splits: Sequence[str]) -> list[dict[str, Any]]:
-    known = {column.name for column in index.columns}
-    columns = [*SCENE_COLUMNS, *({"intensity_map"} & known)]
+    names = {column.name for column in index.columns}
+    columns = [*SCENE_COLUMNS, *({"intensity_map"} & names)]
     datasets = {split: Dataset(folder, split, columns) for split in splits}
     return [
         {

@@ -84,8 +84,8 @@ class RowScene:
         """Length of the trajectory with its continuation, metres, 0 without."""
         if not len(self.ahead):
             return 0.0
-        drawn = np.concatenate((self.arc, self.ahead))[:, :2]
-        return float(np.linalg.norm(np.diff(drawn, axis=0), axis=1).sum())
+        points_ahead = np.concatenate((self.arc, self.ahead))[:, :2]
+        return float(np.linalg.norm(np.diff(points_ahead, axis=0), axis=1).sum())
 
     @property
     def picture_shows_arc(self) -> bool:

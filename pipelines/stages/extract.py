@@ -61,7 +61,7 @@ def extract(work: Work, folder: Path, key: str) -> ExtractRecord:
         reading = SecondPass(recording, synchronised, recipe, work.digest, wanted)
         with EpisodeWriter(folder, work.columns("extract"), plan.rows) as writer:
             _write_planned(writer, plan)
-            lost = reading.run(writer)
+            reasons = reading.run(writer)
             digests = writer.digests()
             rows = writer.rows
         motion = write_motion(folder, motion_series(synchronised))
@@ -74,7 +74,7 @@ def extract(work: Work, folder: Path, key: str) -> ExtractRecord:
         motion=motion,
         recording=source.name,
         time_zero_ns=int(synchronised.odometry.stamps_ns[0]),
-        lost=dict(sorted((Counter(plan.lost) + lost).items())),
+        lost=dict(sorted((Counter(plan.lost) + reasons).items())),
         losses=tuple(_loss_record(loss, source) for loss in losses),
         offsets_ns=synchronised.offsets_ns,
         content=synchronised.tracks.content,

@@ -124,7 +124,7 @@ class SecondPass:
         try:
             return self._clouds.take(raw)
         except RecordingError as error:
-            self._lost(raw.topic, "packet is damaged", str(error))
+            self._loss(raw.topic, "packet is damaged", str(error))
             return None
 
     def _made_cloud(
@@ -156,12 +156,12 @@ class SecondPass:
             if rows is None:
                 continue
             if outcome.picture is None:
-                yield topic, rows, self._lost(topic, outcome.reason, outcome.detail)
+                yield topic, rows, self._loss(topic, outcome.reason, outcome.detail)
                 continue
             try:
                 values = self._picture_columns(outcome.picture)
             except tuple(_FAULTS) as error:
-                values = self._lost(topic, f"picture {_FAULTS[type(error)]}", str(error))
+                values = self._loss(topic, f"picture {_FAULTS[type(error)]}", str(error))
             yield topic, rows, values
 
     def _decode_cloud(self, message: CloudMessage, time_ns: int) -> Values | str:
@@ -170,9 +170,9 @@ class SecondPass:
             placed = self._place(message.decode(), time_ns)
             return self._point_columns(placed.cloud, placed.base_from_lidar)
         except tuple(_FAULTS) as error:
-            return self._lost(message.topic, f"cloud {_FAULTS[type(error)]}", str(error))
+            return self._loss(message.topic, f"cloud {_FAULTS[type(error)]}", str(error))
 
-    def _lost(self, topic: str, reason: str, detail: str) -> str:
+    def _loss(self, topic: str, reason: str, detail: str) -> str:
         """Keep the first fault of a topic, and give the reason."""
         if all(loss.topic != topic for loss in self.losses):
             self.losses.append(Damage(f"{reason}; the first: {detail}", topic))

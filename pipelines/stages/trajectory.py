@@ -36,8 +36,8 @@ def trajectory(work: Work, folder: Path, key: str) -> StageRecord:
         drawers = trajectory_drawers(recipe, extracted) if extracted.rows else []
         for row in range(extracted.rows):
             v, omega = history[row, -1].tolist()
-            drawn = next(d for until, d in drawers if stamps[row] < until).draw(v, omega)
-            writer.write(row, {"trajectory_image": np.packbits(drawn, axis=-1)})
+            image = next(d for until, d in drawers if stamps[row] < until).draw(v, omega)
+            writer.write(row, {"trajectory_image": np.packbits(image, axis=-1)})
         digests = writer.digests()
     return StageRecord(stage="trajectory", key=key, rows=extracted.rows, columns=digests)
 

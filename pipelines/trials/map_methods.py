@@ -63,18 +63,22 @@ class MapSettings(Settings):
 
     @model_validator(mode="before")
     @classmethod
-    def _over_the_field(cls, given: object) -> object:
+    def _over_the_field(cls, changes: object) -> object:
         """What is not given stays as the field has it, also within a block that is given."""
-        if not isinstance(given, dict):
-            return given
-        known = {name: cls.model_fields[name].default for name in given if name in cls.model_fields}
-        return given | {name: _laid_over(known[name].model_dump(), given[name]) for name in known}
+        if not isinstance(changes, dict):
+            return changes
+        defaults = {
+            name: cls.model_fields[name].default for name in changes if name in cls.model_fields
+        }
+        return changes | {
+            name: _laid_over(defaults[name].model_dump(), changes[name]) for name in defaults
+        }
 
 
-def _laid_over(held: object, given: object) -> object:
-    if not (isinstance(held, dict) and isinstance(given, dict)):
-        return given
-    return held | {name: _laid_over(held.get(name), value) for name, value in given.items()}
+def _laid_over(base: object, changes: object) -> object:
+    if not (isinstance(base, dict) and isinstance(changes, dict)):
+        return changes
+    return base | {name: _laid_over(base.get(name), value) for name, value in changes.items()}
 
 
 def map_settings(name: str, settings: MapSettings) -> list[Settings]:

@@ -28,7 +28,7 @@ class MapWatch:
         self._source, self._settings = source, settings
         self._stamp_ns = 0
         self._took_s: list[float] = []
-        self._kept: list[tuple[int, NDArray[np.bool_], float]] = []
+        self._maps: list[tuple[int, NDArray[np.bool_], float]] = []
 
     def cost_map(self, situation: Situation) -> CostMap:
         """See ``MapSource``."""
@@ -52,10 +52,10 @@ class MapWatch:
         if not self._took_s:
             return None
         counts = CellCounts()
-        for stamp_ns, solid, cell_m in self._kept:
+        for stamp_ns, solid, cell_m in self._maps:
             counts += self._counts(field, _true_pose(drive, stamp_ns), solid, cell_m)
         return MapScore(
-            maps=len(self._kept),
+            maps=len(self._maps),
             called=counts.called,
             right=counts.right,
             there=counts.there,
@@ -67,9 +67,9 @@ class MapWatch:
         )
 
     def _keep(self, made: CostMap) -> None:
-        last_ns = self._kept[-1][0] if self._kept else None
+        last_ns = self._maps[-1][0] if self._maps else None
         if last_ns is None or made.stamp_ns - last_ns >= self._settings.every_s * 1e9 - 1:
-            self._kept.append((made.stamp_ns, made.solid, made.cell_m))
+            self._maps.append((made.stamp_ns, made.solid, made.cell_m))
 
     def _counts(
         self, field: Field, pose: Pose, solid: NDArray[np.bool_], cell_m: float

@@ -116,8 +116,8 @@ def _draw_curtains(axes: Axes, world: World) -> list[Line2D]:
     entries = []
     corners = world.surfaces.vertices[world.surfaces.faces[:, 0]]
     for name, colour in HANGING.items():
-        seen = world.surfaces.material == MATERIAL_NAMES.index(name)
-        rows = np.flatnonzero(seen & (corners[:, 2] < HANGS_BELOW))
+        of_material = world.surfaces.material == MATERIAL_NAMES.index(name)
+        rows = np.flatnonzero(of_material & (corners[:, 2] < HANGS_BELOW))
         if len(rows):
             kept = corners[rows[:: -(-len(rows) // DOTS)]]
             (line,) = axes.plot(kept[:, 0], kept[:, 1], ".", color=colour, markersize=2.5)

@@ -23,7 +23,7 @@ class Referee:
         )
         self._settings = settings
         self._impact = EventSettings().impact
-        self._seen = 0
+        self._step = 0
         self._place, self._got_there = np.array(world.start[:2]), 0
 
     def verdict(self, way: DriveInProgress, situation: Situation) -> Outcome | None:
@@ -37,7 +37,7 @@ class Referee:
             situation: What the robot knows of it.
         """
         place = np.array(way.state.pose[:2])
-        contacts, self._seen = way.contacts(self._seen), way.steps
+        contacts, self._step = way.contacts(self._step), way.steps
         if (contacts.impact >= self._impact).any():
             return "collision"
         if np.hypot(*np.subtract(situation.goal, situation.pose[:2])) <= self._settings.goal_radius:

@@ -141,12 +141,12 @@ def cells(trials: Sequence[Trial], methods: Sequence[str] = ()) -> list[TrialGro
             f"no trials of {', '.join(missing)}; there are those of {', '.join(there)}"
         )
     scenarios = sorted({trial.scenario for trial in trials})
-    made = [
+    groups = [
         TrialGroup(method, scenario, _of(trials, method, scenario))
         for method in dict.fromkeys(methods or there)
         for scenario in scenarios
     ]
-    return [cell for cell in made if cell.trials]
+    return [cell for cell in groups if cell.trials]
 
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:

@@ -87,8 +87,8 @@ def run_trial(
     scenario, robot, world = field.scenario, field.robot, field.world
     if scenario.goal is None:
         raise StageError(f"{scenario.name}: a trial needs a goal: see `trial_scenario`.")
-    drawn = part_generator(scenario, field.seed, "motion")
-    way = DriveInProgress(world, robot, scenario.motion, settings.time_limit_s, drawn)
+    generator = part_generator(scenario, field.seed, "motion")
+    way = DriveInProgress(world, robot, scenario.motion, settings.time_limit_s, generator)
     situations = Situations(field, scenario.goal, senses, settings.history_s)
     referee = Referee(world, settings)
     logbook = Logbook(world, robot, scenario.motion.mechanics)
