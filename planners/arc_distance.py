@@ -43,12 +43,14 @@ def free_way(velocities: Floats, points: Floats, body: Body) -> FreeWay:
         Rotations on the spot have a length of 0 and a turn, or inf both.
     """
     seconds = np.full(len(velocities), np.inf)
+    # A rotation on the spot meets only what lies within the turning radius.
     around = points[np.hypot(points[:, 0], points[:, 1]) <= body.turning_radius]
     on_the_spot = velocities[:, 0] == 0
     for rows, near in ((on_the_spot, around), (~on_the_spot, points)):
         for offset, radius in body.discs.tolist():
             contact = _contacts(velocities[rows], near, offset, radius)
             seconds[rows] = np.minimum(seconds[rows], contact)
+    # Seconds until contact to metres and radians; inf * 0 would be no number.
     free = np.isinf(seconds)
     length, turn = (np.abs(velocities) * np.where(free, 0.0, seconds)[:, None]).T
     return FreeWay(seconds, np.where(free, np.inf, length), np.where(free, np.inf, turn))
@@ -69,8 +71,10 @@ def admissible(
         reaction_s: Time that passes before the robot brakes; it drives on meanwhile.
     """
     v, omega = np.abs(velocities).T
+    # v <= sqrt(2 dist a), with dist what is left after the reaction.
     left = np.maximum(way.length - v * reaction_s, 0.0)
     stops = v <= np.sqrt(2 * left * limits.linear_acceleration)
+    # |omega| <= sqrt(2 turn alpha), likewise.
     angle = np.maximum(way.turn - omega * reaction_s, 0.0)
     stands = omega <= np.sqrt(2 * angle * limits.yaw_acceleration)
     admitted: NDArray[np.bool_] = stops & stands & (way.seconds > 0)
@@ -95,9 +99,11 @@ def _contacts_turning(
     rho = v / omega
     own = np.hypot(offset, rho)
     distance = np.hypot(points[:, 0], points[:, 1] - rho[:, None])
+    # Only points whose circle comes within the disc's radius are met.
     near = (np.abs(distance - own[:, None]) <= radius) & (distance > 0) & (own[:, None] > 0)
     arc, point = np.nonzero(near)
     x, y, distance = points[point, 0], points[point, 1] - rho[arc], distance[arc, point]
+    # The angle from the disc's centre to the point, in the direction of the motion.
     start = np.arctan2(-rho, offset)[arc]
     ahead = np.sign(omega[arc]) * (np.arctan2(y, x) - start) % (2 * np.pi)
     # Law of cosines: at contact, the triangle of both centres and the point has the side radius.
@@ -115,5 +121,6 @@ def _contact_straight(v: float, points: Floats, offset: float, radius: float) ->
     hit = (aside <= radius) & (ahead > 0)
     if v == 0 or not hit.any():
         return float(np.inf)
+    # Pythagoras: the disc touches that much before its centre is beside the point.
     reach = ahead[hit] - np.sqrt(radius**2 - aside[hit] ** 2)
     return float(max(reach.min(), 0.0) / abs(v))

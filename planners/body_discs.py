@@ -50,6 +50,7 @@ def body_discs(footprint: Footprint, settings: BodySettings) -> Body:
         radius = min(length, width) / 2 + settings.margin
         return Body(np.array([[0.0, radius]]), radius)
     count = settings.count if settings.shape == "row" else 1
+    # The rectangle in so many pieces along x, a disc around each.
     part = length / count
     offsets = (np.arange(count) - (count - 1) / 2) * part
     radii = np.full(count, math.hypot(part, width) / 2 + settings.margin)

@@ -94,6 +94,7 @@ class DwaMap:
         settings = self._settings
         v, omega = velocities.T
         ends = constant_velocity_arc(v, omega, 1, settings.predict_s)[:, 1, :2]
+        # Equation (12): distance of the end to the goal, speed that is missing, obstacles under it.
         cost: Floats = settings.to_goal * np.linalg.norm(goal - ends, axis=1)
         cost += settings.speed * (self._limits.linear_velocity[1] - v)
         return cost + settings.obstacle * ground.cost(velocities, settings.predict_s, steps)

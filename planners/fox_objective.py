@@ -66,14 +66,18 @@ def fox_objective(
         float64 (K,), the larger the better.
     """
     velocities = window.velocities
+    # heading: 1 where the stopped robot faces the goal, 0 where it turns its back.
     error = heading_error(_stopped_poses(velocities, limits, interval_s), goal)
     heading = 1.0 - np.abs(error) / np.pi
+    # dist: the free way, of which what lies beyond the goal does not count.
     free = np.where(velocities[:, 0] == 0, 0.0, way.length)
     farthest = min(weights.longest_distance, float(np.hypot(*goal)))
     distance = np.minimum(free, farthest) / weights.longest_distance
+    # vel: the part of the speed that leads to the goal.
     fastest = max(abs(limits.linear_velocity[0]), abs(limits.linear_velocity[1]))
     nears = np.maximum(velocities[:, 0] * np.cos(error), 0.0)
     velocity = nears / fastest if fastest else np.zeros_like(heading)
+    # sigma of the weighted sum: smoothed over neighbours on the lattice.
     weighted = weights.heading * heading + weights.distance * distance + weights.velocity * velocity
     return _smoothed(window, weighted, weights.smoothing)
 
@@ -84,14 +88,15 @@ def _stopped_poses(velocities: Floats, limits: Limits, interval_s: float) -> Flo
     Both parts are arcs: while it brakes, the robot covers v^2 / 2a and turns by w^2 / 2 alpha.
     """
     v, omega = velocities.T
-    held = constant_velocity_arc(v, omega, 1, interval_s)[:, 1]
+    driven = constant_velocity_arc(v, omega, 1, interval_s)[:, 1]
     metres = v * np.abs(v) / (2 * limits.linear_acceleration)
     turned = omega * np.abs(omega) / (2 * limits.yaw_acceleration)
     braked = constant_velocity_arc(metres, turned, 1, 1.0)[:, 1]
-    cosine, sine = np.cos(held[:, 2]), np.sin(held[:, 2])
-    x = held[:, 0] + cosine * braked[:, 0] - sine * braked[:, 1]
-    y = held[:, 1] + sine * braked[:, 0] + cosine * braked[:, 1]
-    return np.stack((x, y, held[:, 2] + braked[:, 2]), axis=1)
+    # The second arc begins where the first one ends.
+    cosine, sine = np.cos(driven[:, 2]), np.sin(driven[:, 2])
+    x = driven[:, 0] + cosine * braked[:, 0] - sine * braked[:, 1]
+    y = driven[:, 1] + sine * braked[:, 0] + cosine * braked[:, 1]
+    return np.stack((x, y, driven[:, 2] + braked[:, 2]), axis=1)
 
 
 def _smoothed(window: VelocityWindow, values: Floats, sigma: float) -> Floats:
@@ -101,6 +106,7 @@ def _smoothed(window: VelocityWindow, values: Floats, sigma: float) -> Floats:
     """
     if sigma == 0:
         return values
+    # Sums over neighbours that are allowed, divided by the sum of their weights.
     present = window.allowed.astype(np.float64)
     rows, columns = (_kernel(size, sigma) for size in window.allowed.shape)
     total = rows @ window.on_lattice(values, fill=0.0) @ columns

@@ -80,6 +80,7 @@ def peaks(intensity: Floats, reach: Floats, settings: PeakSettings) -> Indices:
         reach: float64 (N,), their ranges, metres.
         settings: T_int, D, W and the gate.
     """
+    # g, and the beams that rise and that fall.
     change = np.diff(intensity)
     risen = (intensity[1:] > settings.least) & (change >= settings.step)
     starts, ends = np.flatnonzero(risen), np.flatnonzero(change < -settings.step) + 1
@@ -89,11 +90,13 @@ def peaks(intensity: Floats, reach: Floats, settings: PeakSettings) -> Indices:
     latest = np.searchsorted(starts, ends, side="left") - 1
     ends, latest = ends[latest >= 0], latest[latest >= 0]
     start = starts[latest]
+    # Start and end are near in range and in beams.
     close = np.abs(reach[start] - reach[ends]) < settings.gate
     fits = (ends - start <= settings.width) & close
     ends, latest = ends[fits], latest[fits]
-    kept, first = np.unique(latest, return_index=True)
-    middle: Indices = starts[kept] + (ends[first] - starts[kept]) // 2
+    # The first fall after a start ends its peak; later ones have none.
+    used, first = np.unique(latest, return_index=True)
+    middle: Indices = starts[used] + (ends[first] - starts[used]) // 2
     return middle
 
 
@@ -103,8 +106,8 @@ def _beams(xyz: NDArray[np.float32], ring: Indices, settings: PeakSettings) -> I
     across = np.hypot(x, y)
     if abs(float(np.median(np.arctan2(z, across)))) > settings.elevation:
         return ring[:0]
-    kept = np.hypot(across, z) <= settings.farthest
-    ring, x, y = ring[kept], x[kept], y[kept]
+    near = np.hypot(across, z) <= settings.farthest
+    ring, x, y = ring[near], x[near], y[near]
     # Returns of one beam lie in exactly one direction but for rounding; nearer ones stand first.
     azimuth = np.arctan2(y, x)
     order = np.lexsort((np.hypot(x, y), np.round(azimuth / _SAME)))

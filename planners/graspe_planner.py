@@ -83,12 +83,16 @@ class GraspePlanner:
             PlannerError: Sensor data are missing, or the bundle does not answer.
             ObservationError: Sensor data are not what the calibration says.
         """
+        # Observe: picture, points and history, and the model's features of them.
         scene = self._scorer.scene(situation)
         half_angle = self._scorer.contract.observation.points.laser_scan.half_angle
         points = scan_points(scene.observation.laser_scan, half_angle)
+        # V_r and Q, equations (8) and (9).
         candidates, quality = self._restricted(situation, points, scene)
+        # E, (K, T): the probability of success of each step of each candidate.
         success = self._scorer.judge(scene, candidates) if len(candidates) else None
         considered = Considered(candidates, quality, success, None)
+        # The best by Q among those whose least probability reaches e_th.
         accepted = () if success is None else success.min(axis=1) >= self._e_th
         chosen = _first_accepted(quality, np.asarray(accepted, np.bool_))
         if chosen is not None:
@@ -101,12 +105,15 @@ class GraspePlanner:
     ) -> tuple[Floats, Floats]:
         """Velocities (K, 2) of V_r, equation (8), and their Q, equation (9), (K,)."""
         settings = self._settings
+        # V_s and V_d: what the robot can reach, and the camera sees.
         window = self._in_view(velocity_window(self._limits, situation.velocity, settings.window))
+        # dist of equation (9), by the laser scan.
         way = free_way(window.velocities, points, self._body)
         goal, interval = goal_in_base(situation), settings.window.interval_s
         quality = fox_objective(window, way, goal, self._limits, interval, settings.weights)
-        kept = self._collision_free(window.velocities, way, scene)
-        return window.velocities[kept], quality[kept]
+        # V_a, where r_point says that the scan can tell.
+        free = self._collision_free(window.velocities, way, scene)
+        return window.velocities[free], quality[free]
 
     def _in_view(self, window: VelocityWindow) -> VelocityWindow:
         observed = self._scorer.contract.observation

@@ -48,13 +48,16 @@ class MapRollOuts:
             *goal_seen_from(cost_map.pose, pose[:2]).tolist(),
             pose[2] - cost_map.pose[2],
         )
+        # Obstacle cost under a disc: its sum over the disc and the berth, as a mean over the disc.
         kernel = _disc(float(body.discs[:, 1].max()) / cost_map.cell_m)
         beside = _disc((float(body.discs[:, 1].max()) + berth) / cost_map.cell_m)
         weights = beside.astype(np.float64) / np.count_nonzero(kernel)
         spread = cv2.filter2D(cost_map.cost, cv2.CV_32F, weights, borderType=cv2.BORDER_CONSTANT)
         self._mean = np.asarray(spread)
+        # What the robot stands on, or beside, bars nothing.
         solid = cost_map.solid & ~self._under(footprint, len(cost_map.cost), 0.0)
         barred = cost_map.barred & ~self._under(footprint, len(cost_map.cost), _BESIDE)
+        # Grown by the disc, a cell stands for all places of its centre that touch.
         self._solid = inflate(solid.astype(np.float32), kernel) > 0
         kernel = _disc((float(body.discs[:, 1].max()) + margin) / cost_map.cell_m)
         self._barred = inflate((barred | solid).astype(np.float32), kernel) > 0
@@ -106,6 +109,7 @@ class MapRollOuts:
             reaction_s: Time that passes before the robot brakes.
         """
         v, omega = velocities.T
+        # The arc until it stands: at full speed while it reacts, then braking.
         metres = v * (reaction_s + np.abs(v) / (2 * limits.linear_acceleration))
         turned = omega * (reaction_s + np.abs(omega) / (2 * limits.yaw_acceleration))
         farthest = float(np.abs(metres).max(initial=0.0))

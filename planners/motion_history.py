@@ -50,8 +50,10 @@ def motion_history(
 def _series(situation: Situation, moment_ns: int) -> PoseSeries:
     rows = [(motion.stamp_ns, *_row(motion)) for motion in situation.motions]
     stamped = [row for row in rows if row[0] is not None]
+    # Columns: position (3), quaternion (4), linear velocity and yaw rate (2).
     stamps = np.array([row[0] for row in stamped], np.int64)
     values = np.array([row[1:] for row in stamped], np.float64).reshape(-1, 9)
+    # The velocity of now stands behind the latest motion.
     if stamps.size and stamps.max() < min(moment_ns, situation.now_ns):
         latest = values[int(stamps.argmax())].copy()
         latest[7:] = situation.velocity

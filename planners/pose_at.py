@@ -28,15 +28,18 @@ def pose_at(situation: Situation, stamp_ns: int) -> Pose:
             not count.
         stamp_ns: On the clock of the situation.
     """
+    # Odometry before now; the pose of now may be of another frame.
     moved = _poses(situation)
     if not moved:
         return situation.pose
+    # Where odometry itself has the robot now: the last pose, driven on.
     last_ns, last = moved[-1]
     passed_s = (situation.now_ns - last_ns) / 1e9
     now = _joined(last, _arc(situation.velocity, passed_s))
     if math.dist(now, situation.pose) < _SAME:
         poses = [*moved, (situation.now_ns, situation.pose)]
         return _interpolated(poses, stamp_ns, situation.now_ns)
+    # Of another frame: the way from then to now is odometry's, the place is the pose's.
     then = _interpolated([*moved, (situation.now_ns, now)], stamp_ns, situation.now_ns)
     return _joined(situation.pose, _between(now, then))
 

@@ -73,6 +73,7 @@ def velocity_window(
         velocity: Now, m/s and rad/s.
         settings: The lattice and the interval.
     """
+    # V_s: the limits; V_d: what the accelerations reach in one interval.
     reach = (limits.linear_acceleration, limits.yaw_acceleration)
     steps = (settings.linear_step, settings.yaw_step)
     bounds = (limits.linear_velocity, limits.yaw_rate)
@@ -112,6 +113,7 @@ def view_bearings(intrinsics: Intrinsics, base_from_camera: Transform) -> tuple[
         base_from_camera: Carries points of the optical frame into base_link.
     """
     middle = (intrinsics.height / 2 - intrinsics.cy) / intrinsics.fy
+    # Rays through the middle of the outermost pixels, in the optical frame, turned into base_link.
     edges = (np.array([intrinsics.width - 0.5, -0.5]) - intrinsics.cx) / intrinsics.fx
     rays = np.stack((edges, np.full(2, middle), np.ones(2)), axis=1) @ base_from_camera.rotation.T
     right, left = np.arctan2(rays[:, 1], rays[:, 0]).tolist()
