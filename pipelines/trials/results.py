@@ -45,6 +45,11 @@ class TrialGroup:
         return _mean([trial.normalised_length for trial in self.trials if trial.success])
 
     @property
+    def length_of_all(self) -> float | None:
+        """Mean over all trials, as both papers have it: a short way may be an early failure."""
+        return _mean([trial.normalised_length for trial in self.trials])
+
+    @property
     def duration_s(self) -> float | None:
         """Mean over the successes, simulated seconds."""
         return _mean([trial.duration_s for trial in self.trials if trial.success])

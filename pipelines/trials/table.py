@@ -39,7 +39,9 @@ def render_markdown(table: Sequence[TrialGroup]) -> str:
         NOTE,
         *_seeds(table),
         _block("Success rate, %", table, _success),
+        *_pairs(table),
         _block("Normalised length of successes", table, lambda c: _text(c.normalised_length, 3)),
+        _block("Normalised length of all trials", table, lambda c: _text(c.length_of_all, 3)),
         _block("Seconds to the goal", table, lambda c: _text(c.duration_s, 1)),
         _block("Collisions a trial", table, lambda c: _text(c.collisions, 2)),
         *_maps(table),
@@ -64,6 +66,7 @@ def _record(cell: TrialGroup) -> dict[str, Any]:
         "low": low,
         "high": high,
         "normalised_length": cell.normalised_length,
+        "length_of_all": cell.length_of_all,
         "duration_s": cell.duration_s,
         "collisions": cell.collisions,
         **{outcome: cell.outcomes[outcome] for outcome in OUTCOMES},
@@ -88,6 +91,29 @@ def _seeds(table: Sequence[TrialGroup]) -> list[str]:
     if not differing:
         return []
     return [f"**Not so in {', '.join(differing)}: some trials are missing.**\n"]
+
+
+def _pairs(table: Sequence[TrialGroup]) -> list[str]:
+    """The other methods against the first, on the same seeds; nothing for one method."""
+    first, *others = _methods(table)
+    scenarios = sorted({cell.scenario for cell in table})
+    if not others:
+        return []
+
+    def paired(method: str, among: Sequence[str]) -> str:
+        one, other = (
+            [cell for cell in table if cell.method == name and cell.scenario in among]
+            for name in (method, first)
+        )
+        found = pair_trials(one, other)
+        return f"{found.won}:{found.lost} (p = {found.p_value:.2g})" if found.seeds else ""
+
+    rows = [
+        (method, *(paired(method, [each]) for each in scenarios), paired(method, scenarios))
+        for method in others
+    ]
+    title = f"## Arrived where `{first}` did not : did not where it arrived, and McNemar's exact p"
+    return [f"{title}\n\n" + _lines(("method", *scenarios, "all"), rows)]
 
 
 def _maps(table: Sequence[TrialGroup]) -> list[str]:
