@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from io import StringIO
 from typing import Any
 
+from pipelines.trials.paired import pair_trials
 from pipelines.trials.results import TrialGroup
 
 OUTCOMES = ("success", "collision", "stuck", "stalled", "left_arena", "timeout")
