@@ -24,6 +24,7 @@ from graspe_data.robot import Robot
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_index import read_index
 from model_zoo.checkpoints import Checkpoint, load_checkpoint
+from model_zoo.evaluation.scenes import scene_areas
 from planners.arc_distance import FreeWay, free_way
 from planners.body_discs import BodySettings, body_discs
 from planners.obstacles import scan_points
@@ -142,7 +143,7 @@ def rank(through: Mask, least: Floats) -> Ranking:
     ]
     return Ranking(
         pooled=float(roc_auc_score(through.ravel(), least.ravel())),
-        within=float(np.mean([roc_auc_score(t, s) for s, t in mixed])),
+        within=float(np.nanmean(scene_areas(least, through, np.ones_like(through)))),
         first=float(np.mean([t.take(np.argmax(s)) for s, t in mixed])),
         chance=float(np.mean([t.mean() for _, t in mixed])),
         spread=float(least.std(axis=1).mean()),

@@ -54,17 +54,16 @@ def read_candidates(
     return Candidates(batch[CANDIDATE_VELOCITY].astype(np.float64), through, mask)
 
 
-def scene_areas(log_odds: Floats, candidates: Candidates) -> Floats:
+def scene_areas(log_odds: Floats, through: Mask, judged: Mask) -> Floats:
     """The AU-ROC among the candidates of each row, (N,); NaN where all end alike.
 
     Args:
-        log_odds: (N, K), of getting through.
-        candidates: What becomes of them.
+        log_odds: (N, K), of getting through; whatever ranks as they do.
+        through: bool (N, K), whether the candidate gets through.
+        judged: bool (N, K), whether that is known.
     """
     areas = np.full(len(log_odds), np.nan)
-    for row, (z, y, mask) in enumerate(
-        zip(log_odds, candidates.through, candidates.mask, strict=True)
-    ):
+    for row, (z, y, mask) in enumerate(zip(log_odds, through, judged, strict=True)):
         good, bad = z[mask & y], z[mask & ~y]
         if good.size and bad.size:
             above = good[:, None] > bad[None]

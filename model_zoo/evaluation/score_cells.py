@@ -172,7 +172,7 @@ def _scene(place: Place, said: Said) -> Part | None:
     if candidates is None or said.candidates is None:
         return None
     sound = place.split.state != AnchorState.FAILING
-    areas = scene_areas(said.candidates, candidates)
+    areas = scene_areas(said.candidates, candidates.through, candidates.mask)
     areas = np.where(sound, areas, np.nan)[place.rows]
     drawn = resampled_mean(areas, place.recording, place.weights)
     known = np.isfinite(areas)

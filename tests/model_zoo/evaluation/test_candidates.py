@@ -13,7 +13,7 @@ import model_zoo.checkpoints.load as loading
 from graspe_data.shards import Dataset
 from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import compare, evaluate
-from model_zoo.evaluation.scenes import Candidates, scene_areas
+from model_zoo.evaluation.scenes import scene_areas
 from tests.model_zoo.checkpoints.tiny_model import (
     WITH_CANDIDATES,
     DrawnModel,
@@ -47,9 +47,8 @@ def test_a_model_that_reads_trajectories_is_scored_within_a_scene(
     rows: dict[str, Any] = dict(Dataset(dataset, "test").batch(range(48)))
     sound = rows["success_mask"].any(axis=1) & (rows["state"] != 0)
     through = rows["candidate_success"].astype(bool).all(axis=2)
-    asked = Candidates(rows["candidate_velocity"], through, rows["candidate_mask"])
     covered = rows["candidate_image"].reshape(48, 4, -1).mean(axis=2)
-    expected = scene_areas(-covered, asked)[sound]
+    expected = scene_areas(-covered, through, rows["candidate_mask"])[sound]
     assert part.rows == np.isfinite(expected).sum()
     assert part.au_roc.value == pytest.approx(np.nanmean(expected))
     assert part.au_roc.low is not None

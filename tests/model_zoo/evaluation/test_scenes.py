@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from sklearn.metrics import roc_auc_score
 
-from model_zoo.evaluation.scenes import Candidates, resampled_mean, scene_areas
+from model_zoo.evaluation.scenes import resampled_mean, scene_areas
 
 
 def test_the_area_of_each_scene_is_that_of_its_judged_candidates() -> None:
     draw = np.random.default_rng(0)
     odds = draw.normal(size=(40, 6)).round(1)
     through, mask = draw.random((40, 6)) < 0.5, draw.random((40, 6)) < 0.8
-    found = scene_areas(odds, Candidates(np.zeros((40, 6, 2)), through, mask))
+    found = scene_areas(odds, through, mask)
     for row in range(40):
         judged = through[row][mask[row]]
         if judged.all() or not judged.any():
