@@ -30,12 +30,12 @@ TITLES: Final = {
     CONSTANT: "blind: constant",
     SPEED: "blind: |v|",
     VELOCITY: "blind: (v, w)",
-    HISTORY: "blind: tree on velocity history",
-    SCAN: "blind: tree on history and laser scan",
+    HISTORY: "blind: velocity history",
+    SCAN: "blind: velocity history and laser scan",
 }
 
 SECTORS = 36
-"""Of the laser scan, each by its least range, as trees ask about one number at a time."""
+"""Of the laser scan, each by its least range, as a tree asks about one number at a time."""
 _FAR = 100.0
 """Metres, where a sector has no return."""
 
@@ -46,7 +46,8 @@ def blind_features(
     """The features of a reference, float32 (N, F).
 
     ``constant`` has none: it knows how far ahead a step lies and no more. ``speed`` has the size of
-    v, ``velocity`` has v and omega; then the velocity history is added, and the laser scan.
+    v, ``velocity`` has v and omega and their sizes; then the velocity history is added, and the
+    laser scan.
 
     Args:
         reference: One of :data:`REFERENCES`.
@@ -57,7 +58,7 @@ def blind_features(
     if reference == SPEED:
         parts = [np.abs(velocity[:, :1])]
     elif reference != CONSTANT:
-        parts = [velocity]
+        parts = [velocity, np.abs(velocity)]
     if reference in (HISTORY, SCAN):
         parts.append(columns[VELOCITY_HISTORY].reshape(len(velocity), -1))
     if reference == SCAN:

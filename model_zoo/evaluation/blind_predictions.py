@@ -26,11 +26,11 @@ from model_zoo.evaluation.blind_rows import (
     rows_to_choose,
     rows_to_teach,
 )
-from model_zoo.evaluation.blind_tree import BlindTree, teach_tree
+from model_zoo.evaluation.blind_teaching import TaughtReference, teach_reference
 from model_zoo.evaluation.judged_split import JudgedSplit
 from model_zoo.split_leaks import check_apart
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Of what references are; another one is taught anew."""
 
 
@@ -139,16 +139,16 @@ def _made(
 class _Trees:
     """Of one reference: for the driven trajectory, and where rows have candidates, for those."""
 
-    driven: BlindTree
-    other: BlindTree | None
+    driven: TaughtReference
+    other: TaughtReference | None
 
     @classmethod
     def taught(cls, name: str, taught: BlindRows, chosen: BlindRows | None) -> Self:
         rows = (taught, chosen) if chosen is not None else (taught,)
-        driven = teach_tree(*(each.driven(name) for each in rows))
+        driven = teach_reference(*(each.driven(name) for each in rows))
         if taught.candidates is None:
             return cls(driven, None)
-        return cls(driven, teach_tree(*(each.other(name) for each in rows)))
+        return cls(driven, teach_reference(*(each.other(name) for each in rows)))
 
     def said(self, key: _Key, rows: BlindRows) -> Arrays:
         number, steps = rows.mask.shape

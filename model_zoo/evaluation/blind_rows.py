@@ -14,7 +14,7 @@ from graspe_data.errors import ZooError
 from graspe_data.shards import Dataset
 from graspe_data.shards.dataset_index import DatasetIndex, read_index
 from model_zoo.evaluation.blind_features import LASER_SCAN, VELOCITY_HISTORY, blind_features
-from model_zoo.evaluation.blind_tree import LabelledRows
+from model_zoo.evaluation.blind_teaching import LabelledRows
 from model_zoo.evaluation.scenes import Candidates, read_candidates
 from model_zoo.validation_rows import VALIDATION, read_validation_rows
 

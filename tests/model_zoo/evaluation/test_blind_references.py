@@ -17,9 +17,10 @@ from model_zoo.checkpoints import load_checkpoint
 from model_zoo.evaluation import compare, evaluate, read_evaluation
 from model_zoo.evaluation.blind_features import ALWAYS, REFERENCES, SCAN, blind_features
 from model_zoo.evaluation.blind_references import as_array
-from model_zoo.evaluation.blind_tree import LabelledRows, teach_tree
+from model_zoo.evaluation.blind_teaching import LabelledRows, teach_reference
 from model_zoo.evaluation.evaluation import Evaluation
 from model_zoo.evaluation.summary import render_summary
+from model_zoo.metrics import au_roc
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, write_tiny_dataset
 
 Write = Callable[..., Path]
@@ -148,7 +149,7 @@ def test_what_they_said_is_kept_and_a_damaged_file_is_made_again(
     (kept,) = (tmp_path / "cache").iterdir()
     content = kept.read_bytes()
     with monkeypatch.context() as untaught:
-        untaught.setattr("model_zoo.evaluation.blind_predictions.teach_tree", None)
+        untaught.setattr("model_zoo.evaluation.blind_predictions.teach_reference", None)
         assert evaluated(folder, dataset).references == first.references
     kept.write_bytes(content[: len(content) // 2])
     assert evaluated(folder, dataset).references == first.references
@@ -164,9 +165,9 @@ def test_each_reference_looks_at_its_own() -> None:
     scan[:, :20] = np.inf
     columns = {"velocity_history": draw.normal(size=(5, 4, 2)), "laser_scan": scan}
     widths = [blind_features(name, velocity, columns).shape[1] for name in REFERENCES]
-    assert widths == [0, 1, 2, 2 + 8, 2 + 8 + 36]
+    assert widths == [0, 1, 4, 4 + 8, 4 + 8 + 36]
     assert (blind_features("speed", velocity, {})[:, 0] >= 0).all()
-    sectors = blind_features(SCAN, velocity, columns)[:, 10:]
+    sectors = blind_features(SCAN, velocity, columns)[:, 12:]
     assert sectors[:, 0].tolist() == [100.0] * 5
     assert sectors[:, 1] == pytest.approx(scan[:, 20:40].min(axis=1))
 
@@ -177,23 +178,38 @@ def _rows(seed: int, success: Callable[[Any, Any], Any]) -> LabelledRows:
     return LabelledRows(features, labels, np.ones((300, 5), bool))
 
 
-def test_a_tree_learns_what_odometry_tells_and_the_same_each_time() -> None:
+def test_it_learns_what_odometry_tells_and_the_same_each_time() -> None:
     rows = [_rows(seed, lambda x, step: x > 0.3 * step) for seed in (0, 1, 2)]
-    odds = [teach_tree(*rows[:2]).log_odds(rows[2].features, 5) for _ in range(2)]
+    odds = [teach_reference(*rows[:2]).log_odds(rows[2].features, 5) for _ in range(2)]
     assert np.array_equal(odds[0], odds[1])
     assert np.mean((odds[0] > 0) == rows[2].success) > 0.95
+
+
+def _sloping(rows: int, seed: int) -> LabelledRows:
+    """Success by the sum of twelve features, which a tree asks about one at a time."""
+    features = np.random.default_rng(seed).normal(size=(rows, 12)).astype(np.float32)
+    success = np.repeat(features.sum(axis=1)[:, None] > 0, 5, axis=1)
+    return LabelledRows(features, success, np.ones((rows, 5), bool))
+
+
+def test_few_rows_teach_a_line() -> None:
+    taught, asked = teach_reference(_sloping(40, 0), _sloping(200, 1)), _sloping(200, 2)
+    assert taught.trees == 0
+    area = au_roc(taught.log_odds(asked.features, 5), asked.success, asked.mask)
+    assert area is not None
+    assert area > 0.9
 
 
 def test_without_features_it_knows_how_far_ahead_a_step_lies() -> None:
     rows = _rows(0, lambda x, step: x > 0.5 * step)
     bare = LabelledRows(rows.features[:, :0], rows.success, rows.mask)
-    odds = teach_tree(bare).log_odds(bare.features, 5)
+    odds = teach_reference(bare).log_odds(bare.features, 5)
     assert 1 / (1 + np.exp(-odds[0])) == pytest.approx(rows.success.mean(axis=0), abs=0.02)
     assert np.ptp(odds, axis=0).max() == 0
 
 
 def test_rows_of_one_class_teach_its_share() -> None:
     rows = _rows(0, lambda x, step: (x > -99) & (step >= 0))
-    odds = teach_tree(rows).log_odds(rows.features, 5)
+    odds = teach_reference(rows).log_odds(rows.features, 5)
     assert np.ptp(odds) == 0
     assert odds[0, 0] > 5

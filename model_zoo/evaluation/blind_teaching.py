@@ -1,4 +1,4 @@
-"""Boosted trees that say of each step how likely it succeeds; the step is one of their features."""
+"""Boosted trees or a line that say how likely each step succeeds; the step is a feature."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import HistGradientBoostingClassifier
+from sklearn.linear_model import LogisticRegression
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import StandardScaler
 
 from graspe_data.arrays import Floats, Floats32, Mask
 from model_zoo.metrics import au_roc
@@ -40,20 +43,19 @@ class LabelledRows:
 
 
 @dataclass(frozen=True)
-class BlindTree:
+class TaughtReference:
     """A taught reference.
 
     Attributes:
-        model: The trees; None where the rows that taught were of one class.
-        iterations: How many of them are asked.
+        model: Boosted trees or a logistic regression; None where the rows that taught were of one
+            class.
+        trees: How many of the trees are asked; 0 for a regression.
         share: Of successes among the judged steps that taught.
-        settings_tried: How many settings were compared on the rows that choose.
     """
 
-    model: HistGradientBoostingClassifier | None
-    iterations: int
+    model: HistGradientBoostingClassifier | Pipeline | None
+    trees: int
     share: float
-    settings_tried: int
 
     def log_odds(self, features: Floats32, steps: int) -> Floats:
         """Of success, float64 (N, T).
@@ -66,14 +68,17 @@ class BlindTree:
             share = np.clip(self.share, _SURE, 1 - _SURE)
             return np.full((len(features), steps), np.log(share / (1 - share)))
         asked = _with_steps(features, steps)
-        *_, found = islice(self.model.staged_decision_function(asked), self.iterations)
+        if isinstance(self.model, Pipeline):
+            found = self.model.decision_function(asked)
+        else:
+            *_, found = islice(self.model.staged_decision_function(asked), self.trees)
         return np.asarray(found, np.float64).reshape(len(features), steps)
 
 
-def teach_tree(taught: LabelledRows, chosen: LabelledRows | None = None) -> BlindTree:
-    """Teach trees of several sizes; keep the size and number that rank the rows ``chosen`` best.
+def teach_reference(taught: LabelledRows, chosen: LabelledRows | None = None) -> TaughtReference:
+    """Teach a logistic regression and trees of several sizes; keep what ranks ``chosen`` best.
 
-    The same rows give the same trees.
+    Few rows teach a line better than a tree. The same rows teach the same.
 
     Args:
         taught: Rows to learn from.
@@ -83,18 +88,24 @@ def teach_tree(taught: LabelledRows, chosen: LabelledRows | None = None) -> Blin
     success = taught.success[taught.mask]
     share = float(success.mean()) if success.size else 0.5
     if not success.any() or success.all():
-        return BlindTree(None, 0, share, 0)
+        return TaughtReference(None, 0, share)
     asked = _with_steps(taught.features, taught.mask.shape[1])[taught.mask.ravel()]
-    models = [
+    forests = [
         HistGradientBoostingClassifier(max_leaf_nodes=leaves, **SETTINGS).fit(asked, success)
         for leaves in LEAVES
     ]
     if chosen is None or not _has_both(chosen):
-        return BlindTree(models[0], ITERATIONS, share, 0)
-    tried = [(area, place, n) for place, m in enumerate(models) for area, n in _areas(m, chosen)]
-    # The first of the best: smaller and fewer trees win a tie.
-    _, place, iterations = max(tried, key=lambda one: (one[0], -one[1], -one[2]))
-    return BlindTree(models[place], iterations, share, len(tried))
+        return TaughtReference(forests[0], ITERATIONS, share)
+    line = make_pipeline(StandardScaler(), LogisticRegression(C=0.1, max_iter=500))
+    tried = [TaughtReference(line.fit(asked, success), 0, share)]
+    tried += [
+        TaughtReference(forest, trees, share)
+        for forest in forests
+        for trees in range(STAGE, ITERATIONS + 1, STAGE)
+    ]
+    areas = [area for model in (line, *forests) for area in _areas(model, chosen)]
+    # The first of the best, so that a line, and smaller and fewer trees, win a tie.
+    return tried[int(np.argmax(areas))]
 
 
 def _has_both(rows: LabelledRows) -> bool:
@@ -103,14 +114,17 @@ def _has_both(rows: LabelledRows) -> bool:
 
 
 def _areas(
-    model: HistGradientBoostingClassifier, chosen: LabelledRows
-) -> Iterator[tuple[float, int]]:
-    """AU-ROC on the rows that choose, after every so many trees."""
+    model: HistGradientBoostingClassifier | Pipeline, chosen: LabelledRows
+) -> Iterator[float]:
+    """AU-ROC on the rows that choose; of trees after every so many."""
     shape = chosen.mask.shape
-    stages = model.staged_decision_function(_with_steps(chosen.features, shape[1]))
-    for number, found in enumerate(stages, start=1):
-        if number % STAGE == 0:
-            yield au_roc(found.reshape(shape), chosen.success, chosen.mask) or 0.0, number
+    asked = _with_steps(chosen.features, shape[1])
+    if isinstance(model, Pipeline):
+        stages = [model.decision_function(asked)]
+    else:
+        stages = list(model.staged_decision_function(asked))[STAGE - 1 :: STAGE]
+    for found in stages:
+        yield au_roc(found.reshape(shape), chosen.success, chosen.mask) or 0.0
 
 
 def _with_steps(features: Floats32, steps: int) -> NDArray[Any]:
