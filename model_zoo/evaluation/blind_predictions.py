@@ -30,7 +30,7 @@ from model_zoo.evaluation.blind_teaching import TaughtReference, teach_reference
 from model_zoo.evaluation.judged_split import JudgedSplit
 from model_zoo.split_leaks import check_apart
 
-VERSION: Final = 2
+VERSION: Final = 3
 """Of what references are; another one is taught anew."""
 
 

@@ -58,7 +58,7 @@ class BlindRows:
         velocity = self.candidates.velocity.reshape(-1, 2)
         features = blind_features(reference, velocity, columns)
         flat = (self.candidates.through.reshape(-1, 1), self.candidates.mask.reshape(-1, 1))
-        return LabelledRows(features, *flat)
+        return LabelledRows(features, *flat, of_a_scene=number)
 
 
 def read_blind_rows(folder: Path, split: str, rows: Indices) -> BlindRows:

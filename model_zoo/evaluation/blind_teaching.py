@@ -15,6 +15,7 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from graspe_data.arrays import Floats, Floats32, Mask
+from model_zoo.evaluation.scenes import scene_areas
 from model_zoo.metrics import au_roc
 
 LEAVES: Final = (4, 16)
@@ -35,11 +36,25 @@ _SURE = 1e-3
 
 @dataclass(frozen=True)
 class LabelledRows:
-    """Features float32 (N, F), labels bool (N, T), and which of them are judged, bool (N, T)."""
+    """Features float32 (N, F), labels bool (N, T), and which of them are judged, bool (N, T).
+
+    Of candidates every so many rows, ``of_a_scene``, are of one scene; 1 for driven trajectories.
+    """
 
     features: Floats32
     success: Mask
     mask: Mask
+    of_a_scene: int = 1
+
+    def area(self, log_odds: Floats) -> float:
+        """AU-ROC of log-odds (N, T): pooled; of candidates the mean within a scene."""
+        if self.of_a_scene > 1:
+            shape = -1, self.of_a_scene
+            labels = self.success.reshape(shape), self.mask.reshape(shape)
+            areas = scene_areas(log_odds.reshape(shape), *labels)
+            if np.isfinite(areas).any():
+                return float(np.nanmean(areas))
+        return au_roc(log_odds, self.success, self.mask) or 0.0
 
 
 @dataclass(frozen=True)
@@ -124,7 +139,7 @@ def _areas(
     else:
         stages = list(model.staged_decision_function(asked))[STAGE - 1 :: STAGE]
     for found in stages:
-        yield au_roc(found.reshape(shape), chosen.success, chosen.mask) or 0.0
+        yield chosen.area(found.reshape(shape))
 
 
 def _with_steps(features: Floats32, steps: int) -> NDArray[Any]:

@@ -19,6 +19,7 @@ from model_zoo.evaluation.blind_features import ALWAYS, REFERENCES, SCAN, blind_
 from model_zoo.evaluation.blind_references import as_array
 from model_zoo.evaluation.blind_teaching import LabelledRows, teach_reference
 from model_zoo.evaluation.evaluation import Evaluation
+from model_zoo.evaluation.scenes import scene_areas
 from model_zoo.evaluation.summary import render_summary
 from model_zoo.metrics import au_roc
 from tests.model_zoo.checkpoints.tiny_model import COLUMNS, write_tiny_dataset
@@ -198,6 +199,17 @@ def test_few_rows_teach_a_line() -> None:
     area = au_roc(taught.log_odds(asked.features, 5), asked.success, asked.mask)
     assert area is not None
     assert area > 0.9
+
+
+def test_candidates_are_ranked_within_their_scene() -> None:
+    draw = np.random.default_rng(0)
+    odds, through = draw.normal(size=(60, 1)), draw.random((60, 1)) < 0.5
+    judged = np.ones((60, 1), bool)
+    rows = LabelledRows(np.zeros((60, 0), np.float32), through, judged, of_a_scene=6)
+    areas = scene_areas(odds.reshape(10, 6), through.reshape(10, 6), judged.reshape(10, 6))
+    assert rows.area(odds) == pytest.approx(np.nanmean(areas))
+    # What tells scenes apart, and not their candidates, is worth nothing.
+    assert rows.area(np.repeat(draw.normal(size=10), 6)[:, None]) == 0.5
 
 
 def test_without_features_it_knows_how_far_ahead_a_step_lies() -> None:
