@@ -23,8 +23,9 @@ from planners.glass_slam_source import GlassSlamSettings, GlassSlamSource
 from planners.intensity_source import IntensityMapSettings, IntensitySource
 from planners.occupancy_source import OccupancySettings, OccupancySource
 
-MIM, UNIFORM, OCCUPANCY, GLASS = "mim", "mim_uniform", "dwa_map", "glass_slam"
-MAP_METHODS: Final = (MIM, UNIFORM, OCCUPANCY, GLASS)
+MIM, PRINTED, UNIFORM = "mim", "mim_printed", "mim_uniform"
+OCCUPANCY, GLASS = "dwa_map", "glass_slam"
+MAP_METHODS: Final = (MIM, PRINTED, UNIFORM, OCCUPANCY, GLASS)
 
 FIELD_LAYERS: Final = LayerSettings(cell="max")
 """In this field a sum of returns tells how near grass is rather than how solid it is."""
@@ -54,6 +55,9 @@ class MapSettings(Settings):
         layers=FIELD_LAYERS, planning=FIELD_PLANNING
     )
     """Of ``mim``, and of ``mim_uniform`` but for the form of its inflation."""
+    printed: IntensityMapSettings = IntensityMapSettings()
+    """Of ``mim_printed``: equations (1) and (3) as printed, sums of intensities in a cell and of
+    the layers, and nothing added to the glass that (4) to (7) find."""
     occupancy: OccupancySettings = OccupancySettings()
     """Of ``dwa_map``."""
     glass_slam: GlassSlamSettings = GlassSlamSettings(peaks=FIELD_PEAKS)
@@ -85,6 +89,7 @@ def map_settings(name: str, settings: MapSettings) -> list[Settings]:
     """All that a method with a map depends on."""
     chosen: dict[str, Settings] = {
         MIM: settings.intensity,
+        PRINTED: settings.printed,
         UNIFORM: _uniform(settings.intensity),
         OCCUPANCY: settings.occupancy,
         GLASS: settings.glass_slam,
@@ -99,8 +104,8 @@ def map_source(name: str, field: Field, settings: MapSettings) -> MapSource:
         return OccupancySource(robot, mounting, settings.occupancy)
     if name == GLASS:
         return GlassSlamSource(robot, mounting, settings.glass_slam)
-    intensity = settings.intensity if name == MIM else _uniform(settings.intensity)
-    return IntensitySource(robot, mounting, intensity)
+    chosen = {MIM: settings.intensity, PRINTED: settings.printed}
+    return IntensitySource(robot, mounting, chosen.get(name) or _uniform(settings.intensity))
 
 
 def _uniform(settings: IntensityMapSettings) -> IntensityMapSettings:

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from pipelines.trials.config import TrialConfig
-from pipelines.trials.map_methods import FIELD_LAYERS, FIELD_PEAKS, FIELD_PLANNING, MapSettings
+from pipelines.trials.map_methods import (
+    FIELD_LAYERS,
+    FIELD_PEAKS,
+    FIELD_PLANNING,
+    MapSettings,
+    map_settings,
+)
+from planners.intensity_source import IntensityMapSettings
 
 
 def test_what_a_config_leaves_out_stays_as_the_field_has_it() -> None:
@@ -22,3 +29,17 @@ def test_without_a_config_they_are_the_fields() -> None:
     settings = MapSettings()
     assert settings.intensity.planning == FIELD_PLANNING
     assert settings == MapSettings.model_validate(settings.model_dump())
+
+
+def test_the_printed_map_has_nothing_of_the_fields() -> None:
+    """Equation (1) sums intensities, (3) sums layers, and glass is what (4) to (7) find."""
+    _, printed, _ = map_settings("mim_printed", MapSettings())
+    assert isinstance(printed, IntensityMapSettings)
+    assert printed.layers.cell == "sum"
+    assert printed.planning.classes.reading == "sum"
+    assert printed.planning.classes.rim is None
+    assert printed.planning.glass is not None
+    assert (printed.planning.glass.margin, printed.planning.glass.extend) == (0, 0)
+    given = TrialConfig.model_validate({"maps": {"intensity": {"solid": 0.3}}}).maps
+    assert map_settings("mim_printed", given)[1] == printed
+    assert map_settings("mim", given)[1] != map_settings("mim", MapSettings())[1]

@@ -121,7 +121,7 @@ def test_a_bundle_drives_and_is_part_of_what_a_trial_depends_on(
     assert inputs[0] == inputs[1] != inputs[2]
 
 
-@pytest.mark.parametrize("name", ["mim", "mim_uniform", "dwa_map", "glass_slam"])
+@pytest.mark.parametrize("name", ["mim", "mim_printed", "mim_uniform", "dwa_map", "glass_slam"])
 def test_a_method_with_a_map_tells_how_right_its_maps_were(
     name: str, conditions: Conditions, tmp_path: Path
 ) -> None:
@@ -137,11 +137,11 @@ def test_a_method_with_a_map_tells_how_right_its_maps_were(
 def test_settings_of_maps_count_for_the_methods_that_have_them() -> None:
     form = {"intensity": {"planning": {"classes": {"threshold": 0.5}}}}
     other = TrialConfig.model_validate({"trial": BRIEF.trial, "maps": form})
-    names = ("dwa_fox", "dwa_lab", "mim", "mim_uniform", "dwa_map", "glass_slam")
+    names = ("dwa_fox", "dwa_lab", "mim", "mim_printed", "mim_uniform", "dwa_map", "glass_slam")
     changed = [
         Method(name).inputs("c", 0, BRIEF) != Method(name).inputs("c", 0, other) for name in names
     ]
-    assert changed == [False, False, True, True, False, False]
+    assert changed == [False, False, True, False, True, False, False]
 
 
 def test_a_bundle_called_truth_asks_the_world(lane_of: Any, tiny: Path) -> None:
