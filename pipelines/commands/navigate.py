@@ -39,8 +39,9 @@ def run_command(
         list[str],
         typer.Option(
             "--method",
-            help="dwa_fox, dwa_lab, mim, mim_printed, mim_uniform, dwa_map, glass_slam, NAME=BUNDLE, "
-            "a bundle or a folder of them; truth=BUNDLE asks the world instead of the model; repeat.",
+            help="dwa_fox, dwa_lab, mim, mim_printed, mim_uniform, dwa_map, glass_slam, "
+            "NAME=BUNDLE, a bundle or a folder of them; truth=BUNDLE asks the world instead of "
+            "the model; repeat.",
         ),
     ],
     out: Out = Path("trials"),
