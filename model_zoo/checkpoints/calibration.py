@@ -90,12 +90,9 @@ def fit_temperature(
         ZooError: No step is judged, or a logit is not finite.
     """
     judged, wins = np.asarray(mask, dtype=bool), np.asarray(success, dtype=bool)
-    z = np.asarray(logits, dtype=np.float64)[judged]
+    z = _finite(np.asarray(logits, dtype=np.float64)[judged])
     y = wins[judged].astype(np.float64)
-    if not z.size:
-        raise ZooError("calibration: no step of the validation rows is judged. Check the split.")
-    if not np.isfinite(z).all():
-        raise ZooError("calibration: the model's logits are not finite: it has diverged.")
+    # So few rows of a class can give any temperature.
     failing, succeeding = (int((rows & judged).any(axis=-1).sum()) for rows in (~wins, wins))
     if min(failing, succeeding) < FEWEST_ROWS:
         reason = (
@@ -112,6 +109,14 @@ def fit_temperature(
         loss_before=_cross_entropy(z, y),
         loss_after=_cross_entropy(z / temperature, y),
     )
+
+
+def _finite(z: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not z.size:
+        raise ZooError("calibration: no step of the validation rows is judged. Check the split.")
+    if not np.isfinite(z).all():
+        raise ZooError("calibration: the model's logits are not finite: it has diverged.")
+    return z
 
 
 def _minimum(z: NDArray[np.float64], y: NDArray[np.float64]) -> float:

@@ -95,18 +95,9 @@ def check_parity(
         expected = _predicted(checkpoint, scene.columns, candidates[:count])
         found = runtime.run(scene.columns, candidates[:count])
         cases.append(_case(scene, count, expected, found))
-        own = {k: v for k, v in scene.columns.items() if k != CANDIDATES}
-        recorded |= {f"{scene.name}/{name}": column for name, column in own.items()}
-        recorded[f"{scene.name}/{contract.output.name}_{count}"] = expected
+        recorded |= _recorded(scene, f"{contract.output.name}_{count}", expected)
         progress.advance(f"{scene.name}, {count} candidates")
-    report = ParityReport(
-        tolerance=contract.parity.absolute,
-        largest_difference=max(case.difference for case in cases),
-        cases=tuple(cases),
-        versions={name: version(name) for name in ("torch", "onnx", "onnxruntime")},
-    )
-    _judge(report, contract)
-    return Parity(report, recorded)
+    return Parity(_report(cases, contract), recorded)
 
 
 class _Runtime:
@@ -160,6 +151,23 @@ def _case(scene: SceneRow, count: int, expected: Floats32, found: Floats32) -> C
     same = expected.shape == found.shape and np.isfinite(found).all()
     difference = float(np.abs(found - expected).max()) if same else 1.0
     return Case(scene=scene.name, kind=scene.kind, candidates=count, difference=difference)
+
+
+def _recorded(scene: SceneRow, output: str, expected: Floats32) -> dict[str, NDArray[np.generic]]:
+    """A scene's inputs and what torch gives, by their names in ``recorded.npz``."""
+    columns = {name: column for name, column in scene.columns.items() if name != CANDIDATES}
+    return {f"{scene.name}/{name}": array for name, array in {**columns, output: expected}.items()}
+
+
+def _report(cases: Sequence[Case], contract: BundleContract) -> ParityReport:
+    report = ParityReport(
+        tolerance=contract.parity.absolute,
+        largest_difference=max(case.difference for case in cases),
+        cases=tuple(cases),
+        versions={name: version(name) for name in ("torch", "onnx", "onnxruntime")},
+    )
+    _judge(report, contract)
+    return report
 
 
 def _judge(report: ParityReport, contract: BundleContract) -> None:
