@@ -48,9 +48,11 @@ def laser_scan(
     """
     x, y, z = xyz.T
     squared = x * x + y * y
+    # Points at the heights of obstacles, within range.
     low, high = settings.minimum_height - base_height, settings.maximum_height - base_height
     near, far = settings.minimum_range**2, settings.maximum_range**2
     rows = np.flatnonzero((z >= low) & (z <= high) & (squared >= near) & (squared <= far))
+    # The ray that each falls in, from right to left; the nearest point of a ray counts.
     angle = np.arctan2(y[rows], x[rows], dtype=np.float64) + settings.half_angle
     ray = np.floor(angle * (settings.rays / (2 * settings.half_angle))).astype(np.int64)
     inside = (ray >= 0) & (ray < settings.rays)

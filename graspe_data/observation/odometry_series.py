@@ -65,12 +65,14 @@ def odometry_series(
     Raises:
         ObservationError: Fewer than two usable samples.
     """
+    # One sample a stamp; poses as they are, or the twist integrated where there are none.
     stamps, first = np.unique(stamps_ns, return_index=True)
     speeds = velocity[first]
     if np.isnan(position).all():
         pose = _dead_reckoning(stamps, speeds)
     else:
         pose = _poses(position[first], rotation[first])
+    # What has no number is left out; angles run on past pi.
     usable = np.isfinite(pose).all(axis=1) & np.isfinite(speeds).all(axis=1)
     if np.count_nonzero(usable) < 2:  # noqa: PLR2004
         raise ObservationError(

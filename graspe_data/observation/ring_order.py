@@ -47,12 +47,15 @@ def ring_order(
     if len(xyz) == 0:
         return RingOrder(np.empty(0, np.int64), np.zeros(1, np.int64))
     x, y, _ = xyz.T
+    # One key a point: its ring, then its azimuth; one sort orders both.
     numbers = recover_rings(xyz, rings) if ring is None else _compact(ring)
     key = numbers.astype(np.uint64) << np.uint64(_AZIMUTH_BITS) | _azimuth(x, y)
     order, sorted_key = _sort(key)
+    # Equal keys are ordered by what else tells points apart, never by their place in the message.
     ties = sorted_key[1:] == sorted_key[:-1]
     if ties.any():
         _resolve(order, sorted_key, ties, xyz, intensity)
+    # A ring begins where the number changes.
     sorted_numbers = sorted_key >> np.uint64(_AZIMUTH_BITS)
     starts = np.flatnonzero(sorted_numbers[1:] != sorted_numbers[:-1]) + 1
     return RingOrder(order, np.concatenate(([0], starts, [len(xyz)])))

@@ -82,13 +82,16 @@ def _find_lines(nearness: Floats, elevation: Floats, most: int) -> Floats:
     """
     if len(nearness) == 0:
         return np.zeros((1, 2))
+    # The height of the origin at which most points fall into lines.
     votes, best = _sharpest(nearness, elevation)
     lines, support = _pursue(votes.only(np.array([best])), most)
+    # Where that leaves many points, lines of the heights that win most often are tried too.
     if support.sum() < _EXPLAINED * len(nearness):
         frequent = _frequent(votes.heights, *_pursue(votes, most))
         others, their_support = _pursue(votes.only(frequent), most)
         if their_support.sum() > support.sum():
             lines = others
+    # From the lowest line up, where the points are.
     reference = float(np.median(nearness))
     return lines[np.argsort(lines[:, 1] + lines[:, 0] * reference, kind="stable")]
 
@@ -162,12 +165,14 @@ def _pursue(votes: _Votes, most: int) -> tuple[Floats, NDArray[np.int64]]:
     supports: list[int] = []
     rows = np.arange(len(votes.heights))[:, None]
     while len(lines) < most:
+        # The fullest pair of neighbouring bins; a line needs as many points as lines usually have.
         pairs = _pairs(counts)
         row, column = divmod(int(pairs.argmax()), pairs.shape[1])
         usual = float(np.median(supports or [0]))
         if pairs[row, column] < max(_LEAST_SUPPORT, _LEAST_SHARE * usual):
             break
         voters = alive & ((votes.bins[row] - column) >> 1 == 0)
+        # A line through its voters; they and what lies on it vote no more.
         line = _fitted(votes, voters, float(votes.heights[row]))
         distance = np.abs(votes.elevation - line[1] - line[0] * votes.nearness)
         gone = np.flatnonzero(alive & (voters | (distance < 2 * votes.width)))

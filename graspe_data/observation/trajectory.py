@@ -88,7 +88,9 @@ def trajectory_image(
     canvas = np.zeros((intrinsics.height, intrinsics.width), np.uint8)
     to_pixels = ground_homography(intrinsics, base_from_camera, base_height)
     planes = _clip_planes(intrinsics.width, intrinsics.height)
+    # The ribbon on the ground, as homogeneous pixels (P, 4, 3).
     parts = _ribbon(arc, line_width) @ to_pixels.T
+    # Parts that lie beyond one edge of the view are hidden; those across an edge are clipped.
     outside: NDArray[np.bool_] = parts @ planes.T < 0
     hidden = np.any(np.all(outside, axis=1), axis=1)
     crossing = np.any(outside, axis=(1, 2))

@@ -55,15 +55,18 @@ def body_velocities(
         Velocity along body x in m/s and the rate about body z in rad/s, each float64 (N,).
     """
     linear, yaw_rate = np.full(stamps_ns.size, np.nan), np.full(stamps_ns.size, np.nan)
+    # One pose a stamp, of those that have numbers.
     usable = np.isfinite(positions).all(axis=1) & np.isfinite(rotations).all(axis=(1, 2))
     unique, first, inverse = np.unique(stamps_ns[usable], return_index=True, return_inverse=True)
     position, rotation = positions[usable][first], rotations[usable][first]
+    # A pose that is only repeated tells no motion: rates are those between poses that are new.
     own = fresh(unique, position, rotation)
     if np.count_nonzero(own) == 1:
         own[-1] = True
     if np.count_nonzero(own) > 1:
         seconds = (unique - unique[0]) * 1e-9
         middle, rates = _rates(seconds[own], position[own], rotation[own])
+        # Each pose has the rate at its own time.
         linear[usable] = np.interp(seconds, middle, rates[:, 0])[inverse]
         yaw_rate[usable] = np.interp(seconds, middle, rates[:, 1])[inverse]
     return linear, yaw_rate

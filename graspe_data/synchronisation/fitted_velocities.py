@@ -36,13 +36,16 @@ def fitted_velocities(
     rows = np.flatnonzero(usable)
     if rows.size < 2 or stamps_ns[rows[0]] == stamps_ns[rows[-1]]:  # noqa: PLR2004
         return velocity
+    # Position and unwrapped yaw over time.
     seconds = (stamps_ns[rows] - stamps_ns[rows[0]]) * 1e-9
     rotation = rotation_from_quaternion(quaternions[rows])
     yaw = np.unwrap(roll_pitch_yaw(rotation)[2])
     course = np.column_stack([positions[rows], yaw])
+    # The poses within reach to both sides of each.
     reach = 0.5 * poses * float(np.median(np.diff(np.unique(seconds))))
     first = np.searchsorted(seconds, seconds - reach)
     last = np.searchsorted(seconds, seconds + reach, side="right")
+    # The slope of a line through them, turned into the body's frame.
     for number, row in enumerate(rows):
         near = slice(first[number], last[number])
         slope = _slope(seconds[near] - seconds[number], course[near])

@@ -94,10 +94,12 @@ def weigh_motion(series: Sequence[MotionSamples], up: Floats = UPWARDS) -> Motio
     pieces = [piece for samples in series for piece in pieces_of(samples, up)]
     moving = [w for piece in pieces for w in piece.windows(moves)]
     turning = [w for piece in pieces for w in piece.windows(turns)]
+    # Sums over all windows: the way by poses, by the twist, and the errors of both readings of it.
     ways = np.array([window.ways for window in moving]).reshape(-1, 4)
     turned = np.array([window.turns for window in turning]).reshape(-1, 4)
     posed, by_twist, body, fixed = ways.sum(axis=0).tolist()
     posed_rad, told_rad, turn_error, fixed_turn_error = turned.sum(axis=0).tolist()
+    # The windows in which they differ, to say when.
     apart = [w for w in moving if led_astray(w)] + [w for w in turning if turned_astray(w)]
     return MotionEvidence(
         posed_m=posed,

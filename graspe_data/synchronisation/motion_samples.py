@@ -93,10 +93,13 @@ def motion_samples(track: MotionTrack, stamps_ns: Stamps) -> MotionSamples:
         track: N messages.
         stamps_ns: Their times, int64 (N,).
     """
+    # Infinite numbers are a fault; NaN stands for what a message does not tell.
     sound = _finite(track.position) & _finite(track.quaternion) & _finite(track.twist)
     track, stamps_ns = track.only(sound), stamps_ns[sound]
+    # Of several messages with one stamp the first counts; how many moved beside it is kept.
     stamps, first, inverse = np.unique(stamps_ns, return_index=True, return_inverse=True)
     moved = np.linalg.norm(track.position - track.position[first][inverse], axis=1) > 1e-3  # noqa: PLR2004
+    # A quaternion of zeros is no rotation.
     length = np.linalg.norm(track.quaternion[first], axis=1)
     turned = np.isfinite(length) & (length > 0)
     rotation = np.full((stamps.size, 3, 3), np.nan)

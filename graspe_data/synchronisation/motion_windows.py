@@ -74,6 +74,8 @@ class Sums:
     def of(cls, samples: MotionSamples, up: Floats) -> Sums:
         """The integrals of a piece whose samples follow one another."""
         seconds = (samples.stamps_ns - samples.stamps_ns[0]) / SECOND
+        # The twist read as the body's is turned by the pose before it is integrated; read as fixed,
+        # not.
         rotation = np.where(np.isnan(samples.rotation), np.eye(3), samples.rotation)
         linear, angular = np.nan_to_num(samples.linear), np.nan_to_num(samples.angular)
         return cls(

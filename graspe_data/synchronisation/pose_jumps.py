@@ -29,16 +29,19 @@ def cut_at_jumps(samples: MotionSamples, limits: Limits) -> MotionSamples:
     """
     if samples.stamps_ns.size < _PAIR or not np.isfinite(samples.position).any():
         return samples
+    # Steps between poses that are new, faster than the robot can be.
     shown = np.flatnonzero(fresh(samples.stamps_ns, samples.position, samples.rotation))
     stamps = samples.stamps_ns[shown]
     position, rotation = samples.position[shown], samples.rotation[shown]
     leaps = leaping(stamps, position, rotation, limits)
+    # A leap that is taken back is a spike: its poses go, the rest goes on.
     spikes = _spikes(np.flatnonzero(leaps) + 1, (stamps, position, rotation), limits)
     spans = [_way(stamps, position, begin) for begin, _ in spikes]
     kept = np.ones(samples.stamps_ns.size, np.bool_)
     for begin, end in spikes:
         leaps[[begin - 1, end - 1]] = False
         kept[shown[begin] : shown[end]] = False
+    # Any other leap begins a new segment.
     starts = np.zeros(samples.stamps_ns.size, np.int64)
     starts[shown[np.flatnonzero(leaps) + 1]] = 1
     cut = replace(samples, segment=np.cumsum(starts), spikes=np.array(spans).reshape(-1, 2))

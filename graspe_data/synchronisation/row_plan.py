@@ -86,9 +86,11 @@ def choose_anchors(stamps_ns: Stamps, rate: float) -> Indices:
     order = np.argsort(stamps_ns, kind="stable")
     ordered = stamps_ns[order]
     intervals = np.diff(ordered)
+    # A picture counts that comes at most half an interval before it is due.
     typical = float(np.median(intervals[intervals > 0])) if np.any(intervals > 0) else 0.0
     period = SECOND / rate
     early = min(0.5 * typical, 0.5 * period)
+    # Due times go on by the period, and begin anew after a gap.
     kept: list[int] = []
     due, last = float(ordered[0]), None
     for position, stamp in enumerate(ordered.tolist()):

@@ -129,14 +129,17 @@ def _restarts(
     if stamps.size < fewest:
         return np.empty(0, np.int64)
     step, remaining = round(step_back_s * SECOND), np.arange(stamps.size, 0, -1)
+    # Where stamps fall far below the highest so far, a stretch may begin.
     highest = np.maximum.accumulate(stamps)
     low = np.concatenate([[False], stamps[1:] - highest[:-1] < -step])
     starts = np.flatnonzero(low & (np.diff(stamps, prepend=stamps[0]) < -step))
+    # It has to last: until stamps catch up, or as long as a jump back of that size would take.
     usual = max(1.0, float(np.median(np.abs(np.diff(stamps)))))
     expected = np.maximum(fewest, _MOST * (highest[starts - 1] - step - stamps[starts]) / usual)
     caught_up = np.append(np.flatnonzero(~low), stamps.size)
     stops = caught_up[np.searchsorted(caught_up, starts)]
     long_enough = stops - starts >= np.minimum(expected, remaining[starts])
+    # And its stamps rise, as those of a clock that runs do.
     rising = np.concatenate([[0], np.cumsum(np.diff(stamps) >= 0)])
     rises = rising[stops - 1] - rising[starts] >= _ASCENDING * (stops - starts - 1)
     chosen = np.flatnonzero(long_enough & rises & (stops - starts >= fewest_at_all))

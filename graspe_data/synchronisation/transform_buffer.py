@@ -106,10 +106,12 @@ def interpolate_rotation(first: Floats, second: Floats, share: Floats) -> Floats
     ``share`` (N,) is clipped to [0, 1].
     """
     unit = [q / np.linalg.norm(q, axis=1, keepdims=True) for q in (first, second)]
+    # Of the two quaternions of the second rotation, the one nearer to the first.
     cosine = np.einsum("ni,ni->n", *unit)
     nearer = np.where(cosine < 0, -1.0, 1.0)[:, None] * unit[1]
     angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
     part = np.clip(share, 0.0, 1.0)
+    # Slerp: sin((1 - s) a) / sin a and sin(s a) / sin a; along a line where the angle is tiny.
     sine = np.sin(angle)
     small = sine < 1e-6  # noqa: PLR2004 - there the arc is a line
     safe = np.where(small, 1.0, sine)

@@ -56,13 +56,16 @@ def remember_glass(
     Returns:
         All glass in the robot's frame, float32 (n, n), 0..1, and the memory for the next cloud.
     """
+    # The memory's own grid moves by whole cells; the robot stands within one of them.
     side = len(fresh)
     centre = (round(pose[0] / cell_m), round(pose[1] / cell_m))
     origin = (centre[0] * cell_m, centre[1] * cell_m, 0.0)
     motion = PlanarMotion.between(origin, pose)
+    # Equation (6): what is remembered, faded and carried to where the robot stands.
     old = _faded(memory, centre, stamp_ns, settings)
     if old is None:
         old = np.zeros((_memory_cells(side),) * 2, np.float32)
+    # Equation (7): fresh and remembered glass together, at most 1; the memory keeps both.
     one = np.float32(1)
     seen = np.minimum(fresh + carry_map(old, motion, cell_m, side), one)
     added = carry_map(fresh, motion.inverse, cell_m, len(old))

@@ -107,6 +107,7 @@ def _usable(intensity: NDArray[np.float32] | None, maximum: float) -> NDArray[np
             "The cloud has no returns within the lidar's range, so nothing is known of "
             "the cells: check the sensor, and `lidar.minimum_range` of the robot manifest."
         )
+    # A few faulty numbers count as 0; many are a fault of the driver.
     usable = np.isfinite(intensity) & (intensity >= 0)
     faulty = usable.size - np.count_nonzero(usable)
     if faulty > FAULTY_SHARE * usable.size:
@@ -115,6 +116,7 @@ def _usable(intensity: NDArray[np.float32] | None, maximum: float) -> NDArray[np
             f"{FAULTY_SHARE:.0%} may be: check the driver's intensity field."
         )
     values = intensity if not faulty else np.where(usable, intensity, np.float32(0))
+    # The scale: not all 0, and hardly any above the declared greatest value.
     strongest, above = float(values.max()), np.count_nonzero(values > np.float32(maximum))
     if strongest == 0:
         raise ObservationError(

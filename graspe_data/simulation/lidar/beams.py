@@ -119,12 +119,14 @@ def moving_rays(
     Returns:
         Origins and directions, each (N K, 3).
     """
+    # Which two poses each ray is sent between.
     pairs = list(pairwise(poses)) or [(poses[0], poses[0])]
     interval = np.clip(knot.astype(np.intp), 0, len(pairs) - 1)
     bounds = np.searchsorted(interval, np.arange(len(pairs) + 1))
     origins, directions = np.empty_like(rays), np.empty_like(rays)
     for index, (first, last) in enumerate(pairs):
         rows = slice(bounds[index], bounds[index + 1])
+        # Origin and rotation blended linearly between them.
         share = (knot[rows, None, None] - index).astype(np.float32)
         moved = (last.translation - first.translation).astype(np.float32)
         origins[rows] = first.translation + share * moved

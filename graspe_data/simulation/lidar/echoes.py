@@ -57,6 +57,7 @@ class Surfaces:
         is behind more than ``panes`` of them is not seen.
         """
         hits = self._scene.cast(origins, directions)
+        # Lambert: what comes back falls with the cosine of the incidence.
         cosine = np.maximum(-np.einsum("rk,rk->r", hits.normal, directions), 0)
         distance = np.minimum(hits.distance, np.float32(FAR))
         energy = self._reflectivity[hits.material] * cosine
@@ -64,6 +65,8 @@ class Surfaces:
         seen = Echoes(distance, energy, *_NO_GLINTS)
         if not len(glass):
             return seen
+        # A pane glints near normal incidence, and passes the rest on to what is behind, there and
+        # back.
         own = self._reflectivity[hits.material[glass]] * _lobe(cosine[glass])
         energy[glass] = 0
         if panes == 0:

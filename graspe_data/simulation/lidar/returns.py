@@ -71,11 +71,13 @@ def choose_returns(energy: Floats, returns: Returns) -> tuple[NDArray[np.intp], 
         Indices (N, R) along K, with R = 2 for ``dual``, else 1, and whether there is such a one.
     """
     rows = np.arange(len(energy))
+    # Echoes come in order of distance: the last that has energy is the farthest.
     strongest = energy.argmax(axis=1)
     last = energy.shape[1] - 1 - (energy > 0)[:, ::-1].argmax(axis=1)
     if returns != "dual":
         chosen = last if returns == "last" else strongest
         return chosen[:, None], energy[rows, chosen, None] > 0
+    # Two returns: the strongest and the last, or the second strongest where these are one.
     others = energy.copy()
     others[rows, strongest] = 0
     second = np.where(last == strongest, others.argmax(axis=1), last)

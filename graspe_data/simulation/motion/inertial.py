@@ -28,11 +28,13 @@ def follow_ground(ground: Ground, footprint: Footprint, poses: Floats) -> tuple[
     """
     along, across = footprint.length / 2, footprint.width / 2
     cosine, sine = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+    # Where the four feet stand: front left, front right, rear left, rear right.
     forward = np.array([along, along, -along, -along])
     left = np.array([across, -across, across, -across])
     x = poses[:, :1] + cosine * forward - sine * left
     y = poses[:, 1:2] + sine * forward + cosine * left
     feet = _smooth(ground.height(x, y))
+    # Roll and pitch of the plane through them.
     front, rear = feet[:, :2].mean(axis=1), feet[:, 2:].mean(axis=1)
     port, starboard = feet[:, ::2].mean(axis=1), feet[:, 1::2].mean(axis=1)
     roll = np.arctan2(port - starboard, footprint.width)
