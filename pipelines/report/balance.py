@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graspe_data.observation.labels import LabelSource
+from graspe_data.observation.labels.anchor_state import AnchorState
 from graspe_data.shards.dataset_index import DatasetIndex
 from pipelines.report.row_blocks import row_blocks
 
@@ -37,13 +38,15 @@ class Balance:
 class SplitBalance:
     """The balance of a split, and of the part of it that each recording (by index) gave.
 
-    ``sources`` counts steps by who labelled them, ``valid`` rows by sensor.
+    ``sources`` counts steps by who labelled them, ``valid`` rows by sensor, ``states`` rows by the
+    state at their anchor; none of a dataset without the column ``state``.
     """
 
     whole: Balance
     recordings: dict[int, Balance]
     sources: dict[LabelSource, int]
     valid: dict[str, int]
+    states: dict[AnchorState, int]
 
 
 def split_balance(folder: Path, index: DatasetIndex, split: str) -> SplitBalance:
@@ -54,12 +57,15 @@ def split_balance(folder: Path, index: DatasetIndex, split: str) -> SplitBalance
     """
     counts = np.zeros((len(index.recordings), len(fields(Balance))), np.int64)
     sources = np.zeros(len(LabelSource), np.int64)
-    valid = dict.fromkeys(VALIDITY, 0)
-    columns = ("success", "success_mask", "label_source", "recording", *VALIDITY)
+    valid, states = dict.fromkeys(VALIDITY, 0), np.zeros(len(AnchorState), np.int64)
+    stated = [column.name for column in index.columns if column.name == "state"]
+    columns = ("success", "success_mask", "label_source", "recording", *VALIDITY, *stated)
     for block in row_blocks(folder, split, columns):
         row = block.columns
         np.add.at(counts, row["recording"], _row_counts(row["success"], row["success_mask"]))
         sources += np.bincount(row["label_source"].ravel(), minlength=len(sources))
+        if stated:
+            states += np.bincount(row["state"].ravel(), minlength=len(states))
         for sensor in VALIDITY:
             valid[sensor] += int(np.count_nonzero(row[sensor]))
     return SplitBalance(
@@ -67,6 +73,7 @@ def split_balance(folder: Path, index: DatasetIndex, split: str) -> SplitBalance
         recordings={i: Balance(*counts[i].tolist()) for i in np.flatnonzero(counts[:, 0]).tolist()},
         sources={source: int(sources[source]) for source in LabelSource},
         valid=valid,
+        states={state: int(states[state]) for state in AnchorState} if stated else {},
     )
 
 

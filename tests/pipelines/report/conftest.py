@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graspe_data.observation.labels.anchor_state import AnchorState
 from graspe_data.robot import Footprint, Limits, Robot, Topics
 from graspe_data.shards.dataset_index import (
     DatasetIndex,
@@ -91,7 +92,10 @@ def recipe() -> DatasetRecipe:
 
 
 def stored_rows(count: int, recording: int, failing: int, speed: float = 1.0) -> Rows:
-    """So many rows, of which the first ones fail from their sixth step on."""
+    """So many rows, of which the first ones fail from their sixth step on.
+
+    These are failing at their anchors, the last one stands, and the others drive.
+    """
     draw = np.random.default_rng(recording)
     rows: Rows = {
         column.name: np.zeros((count, *column.stored_shape), column.dtype)
@@ -108,6 +112,9 @@ def stored_rows(count: int, recording: int, failing: int, speed: float = 1.0) ->
     rows["success_mask"][:] = True
     rows["success_mask"][-1] = False
     rows["label_source"][:] = rows["success_mask"]
+    rows["state"][:] = AnchorState.DRIVING
+    rows["state"][-1] = AnchorState.STANDING
+    rows["state"][:failing] = AnchorState.FAILING
     rows["recording"][:] = recording
     rows["stamp_ns"] = np.arange(count) * 10**8
     rows["points_age_ns"] = np.arange(count) * 10**7

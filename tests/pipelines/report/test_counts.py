@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from graspe_data.columns import Column
+from graspe_data.observation.labels.anchor_state import AnchorState
 from graspe_data.shards.dataset_index import (
     read_index,
 )
@@ -27,6 +28,7 @@ def test_balance_counts_rows_and_steps(dataset: Path) -> None:
     )
     assert found.recordings == {0: found.whole}
     assert found.valid == {"image_valid": 12, "points_valid": 12, "odometry_valid": 12}
+    assert [found.states[state] for state in AnchorState] == [3, 1, 0, 8]
 
 
 def test_histograms_count_every_row_once(dataset: Path) -> None:
