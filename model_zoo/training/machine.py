@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,7 +92,19 @@ def launch_fabric(machine: Machine, recipe: Recipe, out: Path) -> Fabric:
         loggers=[TensorBoardLogger(out, LOG_FOLDER, "")] if machine.tensorboard else [],
     )
     fabric.launch()
+    if ranks > 1:
+        atexit.register(_leave_ranks)
     return fabric
+
+
+def _leave_ranks() -> None:
+    """Leave the process group before the process ends.
+
+    Its threads would else be torn down with the interpreter, which aborts now and then: a training
+    that was done would look as if it had failed.
+    """
+    if torch.distributed.is_initialized():
+        torch.distributed.destroy_process_group()
 
 
 def _check_threads(threads: int | None) -> None:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import torch
+
 from graspe_data.progress import Silent
+from graspe_data.shards import Dataset
 from graspe_data.simulation.scenario import load_scenario
 from model_zoo.checkpoints import load_checkpoint
-from model_zoo.evaluation import evaluate
+from model_zoo.metrics import au_roc
 from pipelines.build import build_dataset
 from pipelines.dataset_settings import load_recipe
 from pipelines.executors import Workers
 from pipelines.simulate import Simulation, simulate
 
 PRETRAINED = Path(__file__).parents[2] / "pretrained"
-LEAST_AU_ROC = 0.8
-"""A coin has 0.5; on this drive, in which the robot is stuck twice, the five have 0.96 to 0.98."""
+LEAST_AU_ROC = 0.65
+"""A coin has 0.5; taught in earlier worlds, they have 0.70 to 0.87 here, failing rows included."""
 
 
 def test_every_shipped_model_tells_what_fails_in_a_world_of_the_test_scenarios(
@@ -24,12 +28,15 @@ def test_every_shipped_model_tells_what_fails_in_a_world_of_the_test_scenarios(
     scenario, robot = load_scenario("graspe_1_plants")
     drive = Simulation(scenario.model_copy(update={"duration_s": 40.0}), robot, 1, "bag", "none")
     (simulated,) = simulate([drive], tmp_path, Workers(), Silent(), replace=True)
-    dataset = tmp_path / "dataset"
-    build_dataset(load_recipe("field"), [simulated.path], dataset, Workers(), Silent())
+    folder = tmp_path / "dataset"
+    build_dataset(load_recipe("field"), [simulated.path], folder, Workers(), Silent())
     found = {}
-    for folder in sorted(PRETRAINED.iterdir()):
-        evaluation = evaluate(load_checkpoint(folder), dataset, conditions=("clean",), every=2)
-        (whole,) = [cell for cell in evaluation.cells if cell.scenario == "all"]
-        found[folder.name] = whole.scores["au_roc"].value
+    for path in sorted(PRETRAINED.iterdir()):
+        checkpoint = load_checkpoint(path)
+        rows = Dataset(folder, "test", (*checkpoint.model.columns, "success", "success_mask"))
+        batch = rows.batch(np.arange(0, len(rows), 2))
+        observation = {name: torch.from_numpy(batch[name]) for name in checkpoint.model.columns}
+        judged = batch["success"].astype(bool), batch["success_mask"].astype(bool)
+        found[path.name] = au_roc(checkpoint.log_odds(observation).numpy(), *judged) or 0.0
     assert len(found) == 5
-    assert {name: area for name, area in found.items() if not area or area < LEAST_AU_ROC} == {}
+    assert min(found.values()) >= LEAST_AU_ROC, found
